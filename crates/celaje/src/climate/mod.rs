@@ -1,0 +1,1 @@
+//! Place + time → conditions, each value with its reason.

@@ -1,0 +1,1 @@
+//! Spectral radiance → XYZ → linear sRGB, and tone curves.

@@ -1,0 +1,1 @@
+//! What is in the air: number densities along altitude.

@@ -1,0 +1,1 @@
+//! Scattering and absorption coefficients along altitude and wavelength.

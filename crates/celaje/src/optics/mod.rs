@@ -1,0 +1,1 @@
+//! How matter and light interact: cross sections and phase functions.

@@ -1,0 +1,1 @@
+//! Where and when, and where the sun stands.
