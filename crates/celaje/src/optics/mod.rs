@@ -1,1 +1,5 @@
 //! How matter and light interact: cross sections and phase functions.
+
+mod phase;
+
+pub use phase::Phase;

@@ -1,1 +1,36 @@
-//! Solving the radiative transfer equation.
+//! Solving the radiative transfer equation: two unbiased integrators behind one trait, on one scene, sensor and film.
+//!
+//! [`Path`] carries all wavelengths on one path; [`Classic`] is the textbook form, one wavelength at a time, slow and
+//! clear: the oracle and the yardstick of the rest.
+
+mod classic;
+mod path;
+mod render;
+mod scene;
+mod tracking;
+
+pub use classic::Classic;
+pub use path::Path;
+pub use render::{Budget, Control, Observer};
+pub use scene::{Scene, SunLight};
+pub use tracking::{free_path, transmittance, transmittance_at};
+
+use crate::error::Result;
+use crate::film::Film;
+use crate::medium::Medium;
+use crate::sensor::Sensor;
+
+/// A way to solve the radiative transfer equation for a picture.
+pub trait Integrator<M: Medium> {
+    /// Spectral radiance at every pixel of a sensor.
+    ///
+    /// # Errors
+    /// [`crate::Error::Interrupted`] when the control says so, [`crate::Error::TooLarge`] for a film beyond memory.
+    fn render(
+        &self,
+        scene: &Scene<'_, M>,
+        observer: &Observer,
+        sensor: &dyn Sensor,
+        control: &Control<'_>,
+    ) -> Result<Film>;
+}

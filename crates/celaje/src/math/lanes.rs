@@ -1,0 +1,121 @@
+//! Rows of f32, one value per wavelength, padded with zeros to whole blocks.
+//!
+//! A row's length is a multiple of [`BLOCK`], so every loop below runs over whole blocks and vectorises. Sums keep
+//! [`BLOCK`] partial sums and add them in a fixed tree: the result has the same bits on every vector width.
+
+/// Values in a block: one 512-bit register, two of 256 bits, or four of 128.
+pub const BLOCK: usize = 16;
+
+/// Length of a row that holds `n` values.
+pub const fn padded(n: usize) -> usize {
+    n.div_ceil(BLOCK) * BLOCK
+}
+
+/// A row of `n` values from `f(i)`, padded with zeros.
+pub fn row_from(n: usize, mut f: impl FnMut(usize) -> f64) -> Vec<f32> {
+    let mut row = vec![0.0; padded(n)];
+    for (i, v) in row[..n].iter_mut().enumerate() {
+        *v = f(i) as f32;
+    }
+    row
+}
+
+#[inline(always)]
+fn tree_sum(mut a: [f32; BLOCK]) -> f32 {
+    let mut width = BLOCK / 2;
+    while width > 0 {
+        for k in 0..width {
+            a[k] += a[k + width];
+        }
+        width /= 2;
+    }
+    a[0]
+}
+
+/// `Σ a`.
+#[inline(always)]
+pub fn sum(a: &[f32]) -> f32 {
+    let mut acc = [0.0; BLOCK];
+    for a in a.chunks_exact(BLOCK) {
+        for k in 0..BLOCK {
+            acc[k] += a[k];
+        }
+    }
+    tree_sum(acc)
+}
+
+/// `Σ a·b`.
+#[inline(always)]
+pub fn dot(a: &[f32], b: &[f32]) -> f32 {
+    let mut acc = [0.0; BLOCK];
+    for (a, b) in a.chunks_exact(BLOCK).zip(b.chunks_exact(BLOCK)) {
+        for k in 0..BLOCK {
+            acc[k] += a[k] * b[k];
+        }
+    }
+    tree_sum(acc)
+}
+
+/// `a·s`, in place.
+#[inline(always)]
+pub fn scale(a: &mut [f32], s: f32) {
+    for a in a {
+        *a *= s;
+    }
+}
+
+/// `out = a + t (b − a)`.
+#[inline(always)]
+pub fn lerp(a: &[f32], b: &[f32], t: f32, out: &mut [f32]) {
+    let n = out.len();
+    let (a, b) = (&a[..n], &b[..n]);
+    for i in 0..n {
+        out[i] = a[i] + t * (b[i] - a[i]);
+    }
+}
+
+/// Index of the value that a walk along the partial sums of `a` first carries past `target`.
+///
+/// With `target = u · Σa`, u in [0, 1), index `i` comes out with probability `a[i] / Σa`. Zero entries are never
+/// chosen; rounding at the far end falls back to the last entry above zero.
+#[inline(always)]
+pub fn pick(a: &[f32], mut target: f32) -> usize {
+    let mut last = 0;
+    for (i, &v) in a.iter().enumerate() {
+        if v > 0.0 {
+            last = i;
+            target -= v;
+            if target < 0.0 {
+                return i;
+            }
+        }
+    }
+    last
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sums_and_dots_agree_with_f64() {
+        let a = row_from(81, |i| (i as f64 * 0.37).sin());
+        let b = row_from(81, |i| (i as f64 * 0.11).cos());
+        let exact_sum: f64 = a.iter().map(|&v| f64::from(v)).sum();
+        let exact_dot: f64 = a
+            .iter()
+            .zip(&b)
+            .map(|(&x, &y)| f64::from(x) * f64::from(y))
+            .sum();
+        assert!((f64::from(sum(&a)) - exact_sum).abs() < 1e-5);
+        assert!((f64::from(dot(&a, &b)) - exact_dot).abs() < 1e-5);
+    }
+
+    #[test]
+    fn pick_never_returns_padding_or_zeros() {
+        let a = row_from(5, |i| if i == 2 { 0.0 } else { 1.0 });
+        assert_eq!(pick(&a, 0.0), 0);
+        assert_eq!(pick(&a, 2.5), 3);
+        assert_eq!(pick(&a, 4.0), 4);
+    }
+}
