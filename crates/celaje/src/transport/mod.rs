@@ -1,18 +1,18 @@
 //! Solving the radiative transfer equation: two unbiased integrators behind one trait, on one scene, sensor and film.
 //!
-//! [`Path`] carries all wavelengths on one path; [`Classic`] is the textbook form, one wavelength at a time, slow and
+//! [`Tracker`] carries all wavelengths on one path; [`Classic`] is the textbook form, one wavelength at a time, slow and
 //! clear: the oracle and the yardstick of the rest.
 
 mod classic;
-mod path;
 mod render;
 mod scene;
+mod tracker;
 mod tracking;
 
 pub use classic::Classic;
-pub use path::Path;
 pub use render::{Budget, Control, Observer};
 pub use scene::{Scene, SunLight};
+pub use tracker::Tracker;
 pub use tracking::{free_path, transmittance, transmittance_at};
 
 use crate::error::Result;

@@ -25,9 +25,9 @@ use crate::sensor::Sensor;
 
 /// All wavelengths on one path.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Path;
+pub struct Tracker;
 
-impl<M: Medium> Integrator<M> for Path {
+impl<M: Medium> Integrator<M> for Tracker {
     fn render(
         &self,
         scene: &Scene<'_, M>,
@@ -322,7 +322,11 @@ impl<'a, M: Medium> Walker<'a, M> {
         self.mix_phases(cos_theta);
         let density = lanes::sum(&self.light);
         // A density of zero (a hole in a table, met by rounding) ends the path.
-        let scale = if density > 0.0 { self.total / density } else { 0.0 };
+        let scale = if density > 0.0 {
+            self.total / density
+        } else {
+            0.0
+        };
         self.total = if density > 0.0 { self.total } else { 0.0 };
         for (w, &l) in self.weight.iter_mut().zip(&self.light) {
             *w = l * scale;

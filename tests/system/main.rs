@@ -1,0 +1,11 @@
+//! Whole skies against closed forms and deterministic integrals.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod energy;
+mod reproducibility;
+mod scenes;
+mod single_scattering;
+mod variants;
+mod white_furnace;
