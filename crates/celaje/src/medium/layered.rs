@@ -136,6 +136,16 @@ impl LayeredMedium {
             .sum()
     }
 
+    /// Distances of the nodes from the planet's centre \[m\], shape (z,).
+    pub(crate) fn node_radii_m(&self) -> &[f64] {
+        &self.radius_m
+    }
+
+    /// σ_t at the nodes \[m⁻¹\], shape (z, lanes).
+    pub(crate) fn extinction_rows(&self) -> &[f32] {
+        &self.sigma_t
+    }
+
     /// Node below a point and how far the point is on the way to the next, in [0, 1].
     #[inline(always)]
     fn locate(&self, at: Vec3) -> (usize, f32) {

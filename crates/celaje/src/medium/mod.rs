@@ -4,9 +4,11 @@
 //! one along a ray (an upper bound of the extinction, piece by piece). That is all that unbiased tracking needs, so any
 //! medium that varies in three dimensions can be put in the place of [`LayeredMedium`].
 
+mod columns;
 mod layered;
 mod ray;
 
+pub(crate) use columns::{Columns, RayColumns};
 pub use layered::LayeredMedium;
 pub use ray::{Ray, Span};
 
