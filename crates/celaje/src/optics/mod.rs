@@ -1,1 +1,4 @@
 //! How matter and light interact: cross sections and phase functions.
+
+pub mod ozone;
+pub mod rayleigh;
