@@ -3,7 +3,7 @@
 use super::grid::{column, VerticalGrid};
 use super::us76;
 use crate::climate::AtmosphereClass;
-use crate::error::{check_range, Error, Result};
+use crate::error::{check_range, Result};
 use crate::math::interp::{interval, linear_clamped};
 use crate::math::Table;
 
@@ -100,7 +100,7 @@ impl Atmosphere {
     /// The atmosphere of a name such as `us76` or `midlatitude-summer`.
     ///
     /// # Errors
-    /// [`Error::UnknownName`] with the names there are.
+    /// [`crate::Error::UnknownName`] with the names there are.
     pub fn named(name: &str) -> Result<Self> {
         Self::new(AtmosphereClass::named(name)?)
     }
@@ -111,7 +111,7 @@ impl Atmosphere {
     /// interpolated, logarithms of pressure and densities linear in altitude.
     ///
     /// # Errors
-    /// [`Error::Invalid`] if an embedded table is damaged.
+    /// [`crate::Error::Invalid`] if an embedded table is damaged.
     ///
     /// # Source
     /// NOAA/NASA/USAF 1976, U.S. Standard Atmosphere, NASA-TM-X-74335; Krueger & Minzner 1976,
@@ -153,7 +153,7 @@ impl Atmosphere {
     /// Temperature, pressure and number density at an altitude above sea level, −500 to 100 000 m.
     ///
     /// # Errors
-    /// [`Error::OutOfRange`].
+    /// [`crate::Error::OutOfRange`].
     pub fn air_at(&self, altitude_m: f64) -> Result<AirState> {
         check_range("altitude", altitude_m, "m", Self::ALTITUDE_RANGE_M)?;
         Ok(match &self.air {
@@ -177,7 +177,7 @@ impl Atmosphere {
     /// over its linear pieces, is this value.
     ///
     /// # Errors
-    /// [`Error::OutOfRange`] for the column or for nodes outside −500 to 100 000 m.
+    /// [`crate::Error::OutOfRange`] for the column or for nodes outside −500 to 100 000 m.
     pub fn profile(&self, grid: &VerticalGrid, ozone_du: f64) -> Result<AirProfile> {
         check_range("ozone", ozone_du, "DU", OZONE_RANGE_DU)?;
         let altitude_m = grid.altitude_m().to_vec();
@@ -201,6 +201,7 @@ impl Atmosphere {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::error::Error;
 
     #[test]
     fn columns_are_kept_on_the_grid() {
