@@ -14,5 +14,5 @@ pub use albedo::{Albedo, AlbedoPreset, ALBEDO_PRESETS};
 pub use atmosphere::AtmosphereClass;
 pub use conditions::{Condition, ConditionRow, Conditions};
 pub use overrides::Overrides;
-pub use ozone::{OzoneClimate, OzoneColumn};
+pub use ozone::{OzoneClimate, OzoneColumn, OZONE_RANGE_DU};
 pub use season::Season;

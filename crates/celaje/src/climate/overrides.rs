@@ -1,6 +1,6 @@
 //! What the user wants instead of what the climate says.
 
-use super::{Albedo, AtmosphereClass, Condition, OzoneClimate};
+use super::{Albedo, AtmosphereClass, Condition, OzoneClimate, OZONE_RANGE_DU};
 use crate::error::{check_range, Error, Result};
 use crate::place::{Site, SunPosition};
 
@@ -43,7 +43,7 @@ pub struct Overrides {
     pub albedo: Option<Albedo>,
 }
 
-/// Optical depth where none is given: the mean that Earth's land and sea have, and the AIAA types' default.
+/// Optical depth where none is given: near the mean over the globe, and the default of the AIAA types.
 const DEFAULT_AOD_550: f64 = 0.12;
 
 impl Overrides {
@@ -61,7 +61,7 @@ impl Overrides {
         check("sun azimuth", self.sun_azimuth_deg, "deg", -360.0..=360.0)?;
         let distances_au = SunPosition::DISTANCE_RANGE_AU;
         check("sun distance", self.sun_distance_au, "au", distances_au)?;
-        check("ozone", self.ozone_du, "DU", 0.0..=1000.0)?;
+        check("ozone", self.ozone_du, "DU", OZONE_RANGE_DU)?;
         check("aod", self.aod_550, "", 0.0..=10.0)?;
         check("turbidity", self.turbidity, "", 0.0..=100.0)?;
         let optical_depth = self.aod_550().value;

@@ -5,6 +5,9 @@ use crate::math::interp::linear_clamped;
 use crate::math::Table;
 use crate::place::Instant;
 
+/// Range of ozone columns taken as sane \[DU\]: the lowest ever measured is near 73, the highest near 760.
+pub const OZONE_RANGE_DU: std::ops::RangeInclusive<f64> = 0.0..=1000.0;
+
 /// Which climatology the ozone column is taken from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum OzoneClimate {
@@ -133,7 +136,7 @@ fn arosa(instant: &Instant) -> Result<OzoneColumn> {
     let du = table.numbers("ozone_du")?;
     Ok(OzoneColumn {
         du: du[first] + weight * (du[second] - du[first]),
-        source: "Dütsch 1974, doi:10.1139/v74-220",
+        source: "Dütsch 1974, Can. J. Chem. 52, 1491-1504",
         reason: "usual for Arosa (47° N) at this time of year, used as it stands".to_owned(),
     })
 }

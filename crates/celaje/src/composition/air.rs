@@ -2,16 +2,13 @@
 
 use super::grid::{column, VerticalGrid};
 use super::us76;
-use crate::climate::AtmosphereClass;
+use crate::climate::{AtmosphereClass, OZONE_RANGE_DU};
 use crate::error::{check_range, Result};
 use crate::math::interp::{interval, linear_clamped};
 use crate::math::Table;
 
 /// Molecules in a vertical column of 1 m² per Dobson unit \[m⁻²\]: 2.68678e16 per cm².
 pub const DOBSON_UNIT_M2: f64 = 2.68678e20;
-
-/// Range of ozone columns taken as sane \[DU\]: the lowest ever measured is near 73, the highest near 760.
-pub const OZONE_RANGE_DU: std::ops::RangeInclusive<f64> = 0.0..=1000.0;
 
 /// State of the air at one altitude.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -5,5 +5,5 @@ mod grid;
 mod ozone;
 mod us76;
 
-pub use air::{AirProfile, AirState, Atmosphere, DOBSON_UNIT_M2, OZONE_RANGE_DU};
+pub use air::{AirProfile, AirState, Atmosphere, DOBSON_UNIT_M2};
 pub use grid::{column, VerticalGrid};

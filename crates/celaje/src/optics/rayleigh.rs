@@ -194,10 +194,16 @@ mod tests {
         }
     }
 
-    /// Printed value at the sodium D line region: (n − 1)·10⁸ = 27 781 at 546.2 nm is Edlén's; here the two
-    /// forms of Peck & Reeder must meet where one takes over from the other.
+    /// Ciddor 1996 (doi:10.1364/AO.35.001566, eq. 1, 450 ppm CO₂) is another evaluation of the measurements:
+    /// the two agree to 3e-5 of n − 1. Peck & Reeder's own two forms meet where one takes over from the other.
     #[test]
-    fn both_forms_of_the_index_meet_at_230_nm() {
+    fn index_agrees_with_ciddor_and_with_itself() {
+        for nm in [300.0, 400.0, 550.0, 633.0, 1000.0, 1690.0] {
+            let s2 = (1e3f64 / nm).powi(2);
+            let ciddor = 5_792_105e-8 / (238.0185 - s2) + 167_917e-8 / (57.362 - s2);
+            let ours = refractive_index_with_co2(nm, 450.0).unwrap() - 1.0;
+            assert!((ours / ciddor - 1.0).abs() < 3e-5, "{nm} nm");
+        }
         let below = refractive_index(230.0 - 1e-9).unwrap() - 1.0;
         let above = refractive_index(230.0).unwrap() - 1.0;
         assert!((below / above - 1.0).abs() < 1e-4);

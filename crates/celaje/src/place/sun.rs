@@ -51,26 +51,13 @@ impl SunPosition {
     /// # Source
     /// Reda & Andreas 2004, doi:10.1016/j.solener.2003.12.003.
     pub fn at(site: &Site, instant: &Instant) -> Result<Self> {
-        Self::by_spa(site, instant).map_err(|e| {
+        let (azimuth_deg, elevation_deg, distance_au) = spa(site, instant).map_err(|e| {
             Error::invalid(
                 format!("the sun's position cannot be found: {e}"),
                 "give a time between 1900 and 2100",
             )
-        })?
-    }
-
-    fn by_spa(site: &Site, instant: &Instant) -> solar_positioning::Result<Result<Self>> {
-        let delta_t_s = delta_t::estimate(instant.decimal_year())?;
-        let time = JulianDate::new(instant.julian_date(), delta_t_s)?;
-        let sky = SolarPositions::new().for_time_from_julian(time)?;
-        let location = Location {
-            latitude: site.latitude_deg(),
-            longitude: site.longitude_deg(),
-        };
-        let sun = sky.at(location, site.altitude_m(), None)?;
-        // Always there with SPA; 1 au would be wrong by 1.7 % at most.
-        let distance_au = sky.earth_radius_vector().unwrap_or(1.0);
-        Ok(Self::new(sun.azimuth(), sun.elevation_angle(), distance_au))
+        })?;
+        Self::new(azimuth_deg, elevation_deg, distance_au)
     }
 
     /// Azimuth clockwise from true north, in [0, 360) \[deg\].
@@ -98,6 +85,21 @@ impl SunPosition {
         let quarter = self.solid_angle_sr() / (4.0 * std::f64::consts::PI);
         2.0 * quarter.sqrt().asin().to_degrees()
     }
+}
+
+/// Azimuth and elevation \[deg\] and distance \[au\] of the sun.
+fn spa(site: &Site, instant: &Instant) -> solar_positioning::Result<(f64, f64, f64)> {
+    let delta_t_s = delta_t::estimate(instant.decimal_year())?;
+    let time = JulianDate::new(instant.julian_date(), delta_t_s)?;
+    let sky = SolarPositions::new().for_time_from_julian(time)?;
+    let location = Location {
+        latitude: site.latitude_deg(),
+        longitude: site.longitude_deg(),
+    };
+    let sun = sky.at(location, site.altitude_m(), None)?;
+    // SPA always has a distance; 1 au would be wrong by 1.7 % at most.
+    let distance_au = sky.earth_radius_vector().unwrap_or(1.0);
+    Ok((sun.azimuth(), sun.elevation_angle(), distance_au))
 }
 
 #[cfg(test)]
