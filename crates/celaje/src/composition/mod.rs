@@ -1,1 +1,9 @@
 //! What is in the air: number densities along altitude.
+
+mod air;
+mod grid;
+mod ozone;
+mod us76;
+
+pub use air::{AirProfile, AirState, Atmosphere, DOBSON_UNIT_M2};
+pub use grid::{column, VerticalGrid};

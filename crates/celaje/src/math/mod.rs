@@ -4,7 +4,9 @@ pub mod interp;
 pub mod lanes;
 mod rng;
 pub mod statistics;
+mod table;
 mod vec3;
 
 pub use rng::Rng;
+pub use table::Table;
 pub use vec3::Vec3;

@@ -1,0 +1,116 @@
+//! Which reference atmosphere a place and a season call for.
+
+use super::season::Season;
+use crate::error::{Error, Result};
+
+/// The reference atmospheres: US Standard 1976 and the AFGL 1986 set.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum AtmosphereClass {
+    /// U.S. Standard Atmosphere 1976.
+    Us76,
+    /// AFGL tropical, 15° N annual mean.
+    Tropical,
+    /// AFGL mid-latitude summer, 45° N July.
+    MidlatitudeSummer,
+    /// AFGL mid-latitude winter, 45° N January.
+    MidlatitudeWinter,
+    /// AFGL sub-arctic summer, 60° N July.
+    SubarcticSummer,
+    /// AFGL sub-arctic winter, 60° N January.
+    SubarcticWinter,
+}
+
+impl AtmosphereClass {
+    /// All of them, the standard first.
+    pub const ALL: [Self; 6] = [
+        Self::Us76,
+        Self::Tropical,
+        Self::MidlatitudeSummer,
+        Self::MidlatitudeWinter,
+        Self::SubarcticSummer,
+        Self::SubarcticWinter,
+    ];
+
+    /// Name on the command line and in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Us76 => "us76",
+            Self::Tropical => "tropical",
+            Self::MidlatitudeSummer => "midlatitude-summer",
+            Self::MidlatitudeWinter => "midlatitude-winter",
+            Self::SubarcticSummer => "subarctic-summer",
+            Self::SubarcticWinter => "subarctic-winter",
+        }
+    }
+
+    /// One line that says what it is.
+    pub fn meaning(self) -> &'static str {
+        match self {
+            Self::Us76 => "U.S. Standard Atmosphere 1976, 45° N annual mean",
+            Self::Tropical => "AFGL 1986 tropical, 15° N annual mean",
+            Self::MidlatitudeSummer => "AFGL 1986 mid-latitude summer, 45° N July",
+            Self::MidlatitudeWinter => "AFGL 1986 mid-latitude winter, 45° N January",
+            Self::SubarcticSummer => "AFGL 1986 sub-arctic summer, 60° N July",
+            Self::SubarcticWinter => "AFGL 1986 sub-arctic winter, 60° N January",
+        }
+    }
+
+    /// The atmosphere of that name.
+    ///
+    /// # Errors
+    /// [`Error::UnknownName`] with the names there are.
+    pub fn named(name: &str) -> Result<Self> {
+        let found = Self::ALL.into_iter().find(|a| a.name() == name);
+        found.ok_or_else(|| Error::UnknownName {
+            kind: "atmosphere",
+            name: name.to_owned(),
+            known: Self::ALL.map(|a| a.name().to_owned()).to_vec(),
+        })
+    }
+
+    /// The AFGL atmosphere whose own latitude (15°, 45°, 60°) is nearest, of the half-year's season.
+    pub fn nearest(latitude_deg: f64, season: Season) -> Self {
+        let (summer, latitude) = (season == Season::Summer, latitude_deg.abs());
+        if latitude < 30.0 {
+            Self::Tropical
+        } else if latitude < 52.5 {
+            if summer {
+                Self::MidlatitudeSummer
+            } else {
+                Self::MidlatitudeWinter
+            }
+        } else if summer {
+            Self::SubarcticSummer
+        } else {
+            Self::SubarcticWinter
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_atmosphere_is_nearest_at_its_own_latitude() {
+        use AtmosphereClass as A;
+        for (latitude, season, expected) in [
+            (15.0, Season::Summer, A::Tropical),
+            (-15.0, Season::Winter, A::Tropical),
+            (45.0, Season::Summer, A::MidlatitudeSummer),
+            (-45.0, Season::Winter, A::MidlatitudeWinter),
+            (60.0, Season::Summer, A::SubarcticSummer),
+            (-90.0, Season::Winter, A::SubarcticWinter),
+        ] {
+            assert_eq!(A::nearest(latitude, season), expected);
+        }
+        for class in A::ALL {
+            assert_eq!(A::named(class.name()).unwrap(), class);
+        }
+        assert!(A::named("us67")
+            .unwrap_err()
+            .hint()
+            .contains("did you mean 'us76'"));
+    }
+}

@@ -1,0 +1,407 @@
+//! Everything that a sky needs to know about its place and time, each value with its reason.
+
+use super::{AtmosphereClass, Overrides, Season};
+use crate::error::Result;
+use crate::place::{Instant, Site, SunPosition};
+
+/// One value in force: what it is, where it comes from and why.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Condition<T> {
+    /// The value, in `unit`.
+    pub value: T,
+    /// Unit, empty for a pure number or a name.
+    pub unit: &'static str,
+    /// Data or method that the value comes from.
+    pub source: String,
+    /// Why this value, in words for people.
+    pub reason: String,
+}
+
+impl<T> Condition<T> {
+    /// A value with its unit, source and reason.
+    pub fn new(
+        value: T,
+        unit: &'static str,
+        source: impl Into<String>,
+        reason: impl Into<String>,
+    ) -> Self {
+        Self {
+            value,
+            unit,
+            source: source.into(),
+            reason: reason.into(),
+        }
+    }
+
+    /// A value that the user gave.
+    pub fn given(value: T, unit: &'static str) -> Self {
+        Self::new(value, unit, "user", "given by the user")
+    }
+
+    /// The user's value if there is one, what was found otherwise.
+    pub(super) fn or_found(
+        given: Option<T>,
+        unit: &'static str,
+        found: impl FnOnce() -> Self,
+    ) -> Self {
+        given.map_or_else(found, |value| Self::given(value, unit))
+    }
+}
+
+/// All conditions of a sky.
+///
+/// Made by [`Conditions::at`] or [`Conditions::from_sun`]; every field may be replaced afterwards, which takes
+/// the checks of [`Overrides`] off.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Conditions {
+    /// Latitude, north positive \[deg\]; none when only the sun was given.
+    pub latitude_deg: Option<Condition<f64>>,
+    /// Longitude, east positive \[deg\]; none when only the sun was given.
+    pub longitude_deg: Option<Condition<f64>>,
+    /// Instant in UTC; none when only the sun was given.
+    pub time: Option<Condition<Instant>>,
+    /// Altitude of the ground above sea level \[m\].
+    pub altitude_m: Condition<f64>,
+    /// True elevation of the sun's centre \[deg\].
+    pub sun_elevation_deg: Condition<f64>,
+    /// Azimuth of the sun clockwise from north \[deg\].
+    pub sun_azimuth_deg: Condition<f64>,
+    /// Distance of the sun \[au\].
+    pub sun_distance_au: Condition<f64>,
+    /// Reference atmosphere, an [`AtmosphereClass`] by name.
+    pub atmosphere: Condition<String>,
+    /// Ozone column above the ground \[DU\]; 0 without ozone.
+    pub ozone_du: Condition<f64>,
+    /// Aerosol type by name: bare names are AIAA types, `opac:…` OPAC's.
+    pub aerosol: Condition<String>,
+    /// Aerosol optical depth at 550 nm, vertical, from the ground up \[1\].
+    pub aod_550: Condition<f64>,
+    /// Relative humidity of the aerosol \[%\].
+    pub humidity_percent: Condition<f64>,
+    /// Albedo of the ground, Lambertian \[1\].
+    pub albedo: Condition<f64>,
+}
+
+/// One line of [`Conditions::rows`].
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct ConditionRow {
+    /// Name of the condition, the same as its field.
+    pub key: &'static str,
+    /// The value as text, without its unit.
+    pub value: String,
+    /// Unit, empty for a pure number or a name.
+    pub unit: &'static str,
+    /// Data or method.
+    pub source: String,
+    /// Why this value.
+    pub reason: String,
+}
+
+impl Conditions {
+    /// Conditions at a place and an instant, found unless overridden.
+    ///
+    /// `overrides.altitude_m` replaces the altitude of `site`; the sun's angles follow place and time unless
+    /// they are overridden too.
+    ///
+    /// # Errors
+    /// As [`Overrides::check`].
+    pub fn at(site: &Site, instant: &Instant, overrides: &Overrides) -> Result<Self> {
+        overrides.check()?;
+        let (latitude_deg, longitude_deg) = (site.latitude_deg(), site.longitude_deg());
+        let altitude_m = overrides.altitude_m.unwrap_or(site.altitude_m());
+        let site = Site::new(latitude_deg, longitude_deg, altitude_m)?;
+        let sun = SunPosition::at(&site, instant)?;
+        let spa = |value: f64, unit: &'static str| {
+            let source = "NREL SPA, Reda & Andreas 2004, doi:10.1016/j.solener.2003.12.003";
+            Condition::new(
+                value,
+                unit,
+                source,
+                "from place and time; true, not refracted",
+            )
+        };
+        let ozone = || -> Result<Condition<f64>> {
+            let climate = overrides.ozone_climate.unwrap_or_default();
+            let column = climate.column(latitude_deg, longitude_deg, instant)?;
+            Ok(Condition::new(
+                column.du,
+                "DU",
+                column.source,
+                column.reason,
+            ))
+        };
+        let season = Season::at(latitude_deg, instant);
+        let class = AtmosphereClass::nearest(latitude_deg, season);
+        Ok(Self {
+            latitude_deg: Some(Condition::given(latitude_deg, "deg")),
+            longitude_deg: Some(Condition::given(longitude_deg, "deg")),
+            time: Some(Condition::given(*instant, "")),
+            altitude_m: altitude(overrides.altitude_m, site.altitude_m()),
+            sun_elevation_deg: Condition::or_found(overrides.sun_elevation_deg, "deg", || {
+                spa(sun.elevation_deg(), "deg")
+            }),
+            sun_azimuth_deg: Condition::or_found(overrides.sun_azimuth(), "deg", || {
+                spa(sun.azimuth_deg(), "deg")
+            }),
+            sun_distance_au: Condition::or_found(overrides.sun_distance_au, "au", || {
+                spa(sun.distance_au(), "au")
+            }),
+            atmosphere: Condition::or_found(overrides.atmosphere.clone(), "", || {
+                let season = if season == Season::Summer {
+                    "summer"
+                } else {
+                    "winter"
+                };
+                Condition::new(
+                    class.name().to_owned(),
+                    "",
+                    "AFGL 1986, Anderson et al., AFGL-TR-86-0110",
+                    format!(
+                        "reference atmosphere nearest to latitude {latitude_deg:.1}° in {season}"
+                    ),
+                )
+            }),
+            ozone_du: match overrides.ozone() {
+                Some(given) => given,
+                None => ozone()?,
+            },
+            aerosol: overrides.aerosol(),
+            aod_550: overrides.aod_550(),
+            humidity_percent: overrides.humidity(),
+            albedo: overrides.albedo(),
+        })
+    }
+
+    /// Conditions under a sun put anywhere by hand, without place and time.
+    ///
+    /// What a place would tell is taken from 45° N in June, in the mean: US standard atmosphere, 340 DU of ozone, the
+    /// ground at sea level, the sun at 1 au.
+    ///
+    /// # Arguments
+    /// * `elevation_deg` — true elevation of the sun, −90 to 90
+    /// * `azimuth_deg` — clockwise from north, −360 to 360; kept in [0, 360)
+    /// * `overrides` — what is to be taken instead; its sun angles are not looked at
+    ///
+    /// # Errors
+    /// As [`Overrides::check`] and [`SunPosition::new`].
+    pub fn from_sun(elevation_deg: f64, azimuth_deg: f64, overrides: &Overrides) -> Result<Self> {
+        overrides.check()?;
+        let distance_au = overrides.sun_distance_au.unwrap_or(1.0);
+        let sun = SunPosition::new(azimuth_deg, elevation_deg, distance_au)?;
+        Ok(Self {
+            latitude_deg: None,
+            longitude_deg: None,
+            time: None,
+            altitude_m: altitude(overrides.altitude_m, 0.0),
+            sun_elevation_deg: Condition::given(sun.elevation_deg(), "deg"),
+            sun_azimuth_deg: Condition::given(sun.azimuth_deg(), "deg"),
+            sun_distance_au: Condition::or_found(overrides.sun_distance_au, "au", || {
+                Condition::new(1.0, "au", "definition", "no date given: the mean distance")
+            }),
+            atmosphere: Condition::or_found(overrides.atmosphere.clone(), "", || {
+                Condition::new(
+                    AtmosphereClass::Us76.name().to_owned(),
+                    "",
+                    "U.S. Standard Atmosphere 1976",
+                    "no place given: the mid-latitude mean",
+                )
+            }),
+            ozone_du: overrides.ozone().unwrap_or_else(|| {
+                Condition::new(
+                    PLACELESS_OZONE_DU,
+                    "DU",
+                    "NOAA SBUV/2 v8 zonal monthly means 1998-2015",
+                    "no place given: usual for 45° N in June",
+                )
+            }),
+            aerosol: overrides.aerosol(),
+            aod_550: overrides.aod_550(),
+            humidity_percent: overrides.humidity(),
+            albedo: overrides.albedo(),
+        })
+    }
+
+    /// The sun's position in force.
+    ///
+    /// # Errors
+    /// [`crate::Error::OutOfRange`] if a field was replaced by a value out of range.
+    pub fn sun(&self) -> Result<SunPosition> {
+        SunPosition::new(
+            self.sun_azimuth_deg.value,
+            self.sun_elevation_deg.value,
+            self.sun_distance_au.value,
+        )
+    }
+
+    /// Every condition as a line of text, for `celaje explain` and the headers of files; the last one says
+    /// what is neglected.
+    pub fn rows(&self) -> Vec<ConditionRow> {
+        let mut rows = Vec::new();
+        if let Some(c) = &self.latitude_deg {
+            rows.push(row("latitude_deg", c, format!("{}", c.value)));
+        }
+        if let Some(c) = &self.longitude_deg {
+            rows.push(row("longitude_deg", c, format!("{}", c.value)));
+        }
+        if let Some(c) = &self.time {
+            rows.push(row("time", c, c.value.to_string()));
+        }
+        let name = |key, c: &Condition<String>| row(key, c, c.value.clone());
+        rows.extend([
+            number("altitude_m", &self.altitude_m, 1),
+            number("sun_elevation_deg", &self.sun_elevation_deg, 4),
+            number("sun_azimuth_deg", &self.sun_azimuth_deg, 4),
+            number("sun_distance_au", &self.sun_distance_au, 6),
+            name("atmosphere", &self.atmosphere),
+            number("ozone_du", &self.ozone_du, 1),
+            name("aerosol", &self.aerosol),
+            number("aod_550", &self.aod_550, 4),
+            number("humidity_percent", &self.humidity_percent, 1),
+            number("albedo", &self.albedo, 4),
+        ]);
+        rows.push(ConditionRow {
+            key: "refraction",
+            value: "none".to_owned(),
+            unit: "",
+            source: "method".to_owned(),
+            reason: "rays are straight as yet: at the horizon a real sun is seen 0.5° higher, and sets some \
+                     minutes later"
+                .to_owned(),
+        });
+        rows
+    }
+}
+
+/// Ozone column where no place is given \[DU\]: the SBUV table at 45° N in mid-June, rounded to 10 DU.
+const PLACELESS_OZONE_DU: f64 = 340.0;
+
+/// Altitude of the ground: the override, else the site's, else sea level.
+fn altitude(given_m: Option<f64>, site_m: f64) -> Condition<f64> {
+    let given_m = given_m.or((site_m != 0.0).then_some(site_m));
+    Condition::or_found(given_m, "m", || {
+        let reason = "sea level, for none was given and no map of elevations is built in as yet";
+        Condition::new(0.0, "m", "default", reason)
+    })
+}
+
+fn number(key: &'static str, c: &Condition<f64>, digits: usize) -> ConditionRow {
+    row(key, c, trimmed(c.value, digits))
+}
+
+fn row<T>(key: &'static str, c: &Condition<T>, value: String) -> ConditionRow {
+    ConditionRow {
+        key,
+        value,
+        unit: c.unit,
+        source: c.source.clone(),
+        reason: c.reason.clone(),
+    }
+}
+
+/// A number to so many decimals (one at least), without trailing zeros.
+fn trimmed(value: f64, digits: usize) -> String {
+    let text = format!("{value:.digits$}");
+    let text = text.trim_end_matches('0').trim_end_matches('.');
+    if text == "-0" { "0" } else { text }.to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::climate::{Albedo, OzoneClimate};
+
+    fn zaragoza(overrides: &Overrides) -> Conditions {
+        let site = Site::new(41.65, -0.88, 0.0).unwrap();
+        let time = "2026-06-21T18:30Z".parse().unwrap();
+        Conditions::at(&site, &time, overrides).unwrap()
+    }
+
+    #[test]
+    fn a_place_and_a_time_tell_everything() {
+        let c = zaragoza(&Overrides::default());
+        // pvlib 0.16.1, nrel_numpy.
+        assert!((c.sun_elevation_deg.value - 11.001644).abs() < 1e-3);
+        assert!((c.sun_azimuth_deg.value - 291.674025).abs() < 1e-3);
+        assert!((c.sun_distance_au.value - 1.016_219_09).abs() < 1e-5);
+        assert_eq!(c.atmosphere.value, "midlatitude-summer");
+        assert!((c.ozone_du.value - 327.0).abs() < 10.0, "{:?}", c.ozone_du);
+        assert_eq!(c.aerosol.value, "opac:continental-average");
+        assert!(c.aod_550.reason.contains("simple as yet"));
+        for row in c.rows() {
+            assert!(!row.value.is_empty() && !row.reason.is_empty() && !row.source.is_empty());
+        }
+        let keys: Vec<_> = c.rows().into_iter().map(|r| r.key).collect();
+        assert_eq!(keys[..3], ["latitude_deg", "longitude_deg", "time"]);
+        assert_eq!(keys.last(), Some(&"refraction"));
+    }
+
+    #[test]
+    fn what_the_user_gives_wins() {
+        let overrides = Overrides {
+            altitude_m: Some(250.0),
+            sun_elevation_deg: Some(5.0),
+            sun_azimuth_deg: Some(-90.0),
+            atmosphere: Some("us76".into()),
+            ozone_du: Some(300.0),
+            aerosol: Some("desert".into()),
+            aod_550: Some(0.5),
+            turbidity: Some(2.0),
+            humidity_percent: Some(50.0),
+            albedo: Some("sand".parse().unwrap()),
+            ..Overrides::default()
+        };
+        let c = zaragoza(&overrides);
+        assert_eq!(c.altitude_m.value, 250.0);
+        assert_eq!(
+            (c.sun_elevation_deg.value, c.sun_azimuth_deg.value),
+            (5.0, 270.0)
+        );
+        assert_eq!(c.ozone_du, Condition::given(300.0, "DU"));
+        assert_eq!(c.aerosol.reason, "given by the user");
+        assert_eq!(c.aod_550.value, 1.0);
+        assert!(c.aod_550.reason.contains("0.5 times turbidity 2"));
+        assert!((c.albedo.value - 0.3).abs() < 1e-15);
+        assert!(c.albedo.reason.contains("sand"));
+        assert_eq!(c.sun().unwrap().azimuth_deg(), 270.0);
+        let none = Overrides {
+            no_ozone: true,
+            ..Overrides::default()
+        };
+        assert_eq!(zaragoza(&none).ozone_du.value, 0.0);
+        let formula = Overrides {
+            ozone_climate: Some(OzoneClimate::VanHeuklon),
+            ..Overrides::default()
+        };
+        assert!(zaragoza(&formula).ozone_du.source.contains("Van Heuklon"));
+        let bad = Overrides {
+            albedo: Some(Albedo::Value(1.2)),
+            ..Overrides::default()
+        };
+        assert!(Conditions::from_sun(10.0, 180.0, &bad).is_err());
+    }
+
+    #[test]
+    fn a_sun_without_a_place() {
+        let c = Conditions::from_sun(-3.0, 180.0, &Overrides::default()).unwrap();
+        assert!(c.latitude_deg.is_none() && c.time.is_none());
+        assert_eq!(c.atmosphere.value, "us76");
+        let june = "2021-06-16T00:00Z".parse().unwrap();
+        let usual = OzoneClimate::Sbuv.column(45.0, 0.0, &june).unwrap().du;
+        assert!((usual - c.ozone_du.value).abs() < 5.0);
+        assert!(Conditions::from_sun(91.0, 0.0, &Overrides::default()).is_err());
+        assert!(Conditions::from_sun(f64::NAN, 0.0, &Overrides::default()).is_err());
+    }
+
+    #[test]
+    fn serialises_with_value_unit_source_and_reason() {
+        let c = zaragoza(&Overrides::default());
+        let json = serde_json::to_value(&c).unwrap();
+        assert_eq!(json["time"]["value"], "2026-06-21T18:30:00Z");
+        assert_eq!(json["ozone_du"]["unit"], "DU");
+        assert!(json["albedo"]["reason"].is_string());
+        assert_eq!(trimmed(0.0, 1), "0");
+        assert_eq!(trimmed(-0.04, 1), "0");
+        assert_eq!(trimmed(1500.0, 1), "1500");
+        assert_eq!(trimmed(0.125, 4), "0.125");
+    }
+}

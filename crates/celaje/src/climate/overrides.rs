@@ -1,0 +1,269 @@
+//! What the user wants instead of what the climate says.
+
+use super::{Albedo, AtmosphereClass, Condition, OzoneClimate, OZONE_RANGE_DU};
+use crate::error::{check_range, Error, Result};
+use crate::place::{Site, SunPosition};
+
+/// Values given by the user; `None` means: find it yourself.
+///
+/// ```
+/// # use celaje::climate::{Conditions, Overrides};
+/// let hazy = Overrides { aod_550: Some(0.4), ..Overrides::default() };
+/// let conditions = Conditions::from_sun(5.0, 180.0, &hazy)?;
+/// assert_eq!(conditions.aod_550.reason, "given by the user");
+/// # Ok::<(), celaje::Error>(())
+/// ```
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Overrides {
+    /// Altitude of the ground above sea level \[m\], −500 to 9000.
+    pub altitude_m: Option<f64>,
+    /// True elevation of the sun \[deg\], −90 to 90.
+    pub sun_elevation_deg: Option<f64>,
+    /// Azimuth of the sun clockwise from north \[deg\], −360 to 360.
+    pub sun_azimuth_deg: Option<f64>,
+    /// Distance of the sun \[au\], 0.9 to 1.1.
+    pub sun_distance_au: Option<f64>,
+    /// Name of a reference atmosphere, see [`AtmosphereClass`].
+    pub atmosphere: Option<String>,
+    /// Ozone column \[DU\], 0 to 1000.
+    pub ozone_du: Option<f64>,
+    /// Climatology that the ozone column is taken from.
+    pub ozone_climate: Option<OzoneClimate>,
+    /// Leave ozone out.
+    pub no_ozone: bool,
+    /// Aerosol type by name; whether there is such a type is checked where it is composed.
+    pub aerosol: Option<String>,
+    /// Vertical aerosol optical depth at 550 nm \[1\], 0 to 10.
+    pub aod_550: Option<f64>,
+    /// Factor on the aerosol optical depth, given or not \[1\], 0 to 100; their product is 10 at most.
+    pub turbidity: Option<f64>,
+    /// Relative humidity of the aerosol \[%\], 0 to 99.
+    pub humidity_percent: Option<f64>,
+    /// Albedo of the ground.
+    pub albedo: Option<Albedo>,
+}
+
+/// Optical depth where none is given: near the mean over the globe, and the default of the AIAA types.
+const DEFAULT_AOD_550: f64 = 0.12;
+
+impl Overrides {
+    /// Checks every value given.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] for a number outside its range or NaN; [`Error::UnknownName`] for an atmosphere
+    /// that does not exist; [`Error::Invalid`] for an ozone column together with `no_ozone`.
+    pub fn check(&self) -> Result<()> {
+        let check = |name, value: Option<f64>, unit, range| {
+            value.map_or(Ok(()), |v| check_range(name, v, unit, range))
+        };
+        check("altitude", self.altitude_m, "m", Site::ALTITUDE_RANGE_M)?;
+        check("sun elevation", self.sun_elevation_deg, "deg", -90.0..=90.0)?;
+        check("sun azimuth", self.sun_azimuth_deg, "deg", -360.0..=360.0)?;
+        let distances_au = SunPosition::DISTANCE_RANGE_AU;
+        check("sun distance", self.sun_distance_au, "au", distances_au)?;
+        check("ozone", self.ozone_du, "DU", OZONE_RANGE_DU)?;
+        check("aod", self.aod_550, "", 0.0..=10.0)?;
+        check("turbidity", self.turbidity, "", 0.0..=100.0)?;
+        let optical_depth = self.aod_550().value;
+        check("aod times turbidity", Some(optical_depth), "", 0.0..=10.0)?;
+        check("humidity", self.humidity_percent, "%", 0.0..=99.0)?;
+        if let Some(Albedo::Value(albedo)) = self.albedo {
+            Albedo::new(albedo)?;
+        }
+        if let Some(name) = &self.atmosphere {
+            AtmosphereClass::named(name)?;
+        }
+        if self.no_ozone && self.ozone_du.is_some_and(|du| du > 0.0) {
+            return Err(Error::invalid(
+                "an ozone column is given, and no ozone is asked for",
+                "give one of the two",
+            ));
+        }
+        Ok(())
+    }
+
+    pub(super) fn sun_azimuth(&self) -> Option<f64> {
+        self.sun_azimuth_deg.map(|a| a.rem_euclid(360.0))
+    }
+
+    /// The ozone column if the user decides it.
+    pub(super) fn ozone(&self) -> Option<Condition<f64>> {
+        if self.no_ozone {
+            return Some(Condition::new(
+                0.0,
+                "DU",
+                "user",
+                "ozone left out by the user",
+            ));
+        }
+        self.ozone_du.map(|du| Condition::given(du, "DU"))
+    }
+
+    pub(super) fn aerosol(&self) -> Condition<String> {
+        Condition::or_found(self.aerosol.clone(), "", || {
+            Condition::new(
+                "opac:continental-average".to_owned(),
+                "",
+                "OPAC, Hess, Koepke & Schult 1998",
+                "the same everywhere: the climate of aerosols is simple as yet and knows no places",
+            )
+        })
+    }
+
+    pub(super) fn aod_550(&self) -> Condition<f64> {
+        let mut aod = Condition::or_found(self.aod_550, "", || {
+            Condition::new(
+                DEFAULT_AOD_550,
+                "",
+                "default",
+                "a usual value, the same everywhere: the climate of aerosols is simple as yet",
+            )
+        });
+        if let Some(turbidity) = self.turbidity {
+            aod.reason = format!("{}; {} times turbidity {turbidity}", aod.reason, aod.value);
+            aod.value *= turbidity;
+        }
+        aod
+    }
+
+    pub(super) fn humidity(&self) -> Condition<f64> {
+        Condition::or_found(self.humidity_percent, "%", || {
+            Condition::new(
+                80.0,
+                "%",
+                "default",
+                "OPAC's own reference humidity; no weather is known as yet",
+            )
+        })
+    }
+
+    pub(super) fn albedo(&self) -> Condition<f64> {
+        match &self.albedo {
+            None => Condition::new(
+                0.2,
+                "",
+                "default",
+                "grass and crops (0.16 to 0.26): no map of the ground is built in as yet",
+            ),
+            Some(Albedo::Value(value)) => Condition::given(*value, ""),
+            Some(Albedo::Preset(preset)) => Condition::new(
+                preset.value(),
+                "",
+                "Budikova 2013, Albedo, The Encyclopedia of Earth",
+                if preset.low == preset.high {
+                    format!("{}, given by the user", preset.name)
+                } else {
+                    let (name, low, high) = (preset.name, preset.low, preset.high);
+                    format!("{name}, given by the user: the middle of {low} to {high}")
+                },
+            ),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nonsense_is_refused_by_name() {
+        let base = Overrides::default;
+        let nan = f64::NAN;
+        let cases = [
+            (
+                "aod",
+                Overrides {
+                    aod_550: Some(-1.0),
+                    ..base()
+                },
+            ),
+            (
+                "aod",
+                Overrides {
+                    aod_550: Some(nan),
+                    ..base()
+                },
+            ),
+            (
+                "albedo",
+                Overrides {
+                    albedo: Some(Albedo::Value(1.2)),
+                    ..base()
+                },
+            ),
+            (
+                "albedo",
+                Overrides {
+                    albedo: Some(Albedo::Value(nan)),
+                    ..base()
+                },
+            ),
+            (
+                "ozone",
+                Overrides {
+                    ozone_du: Some(-3.0),
+                    ..base()
+                },
+            ),
+            (
+                "humidity",
+                Overrides {
+                    humidity_percent: Some(101.0),
+                    ..base()
+                },
+            ),
+            (
+                "turbidity",
+                Overrides {
+                    turbidity: Some(nan),
+                    ..base()
+                },
+            ),
+            (
+                "altitude",
+                Overrides {
+                    altitude_m: Some(1e5),
+                    ..base()
+                },
+            ),
+            (
+                "sun elevation",
+                Overrides {
+                    sun_elevation_deg: Some(91.0),
+                    ..base()
+                },
+            ),
+            (
+                "sun azimuth",
+                Overrides {
+                    sun_azimuth_deg: Some(nan),
+                    ..base()
+                },
+            ),
+            (
+                "sun distance",
+                Overrides {
+                    sun_distance_au: Some(2.0),
+                    ..base()
+                },
+            ),
+        ];
+        for (name, overrides) in cases {
+            let e = overrides.check().unwrap_err();
+            assert!(e.to_string().starts_with(&format!("{name} = ")), "{e}");
+            assert!(!e.hint().is_empty());
+        }
+        let unknown = Overrides {
+            atmosphere: Some("us77".into()),
+            ..base()
+        };
+        assert!(matches!(unknown.check(), Err(Error::UnknownName { .. })));
+        let both = Overrides {
+            no_ozone: true,
+            ozone_du: Some(300.0),
+            ..base()
+        };
+        assert!(both.check().is_err());
+        base().check().unwrap();
+    }
+}
