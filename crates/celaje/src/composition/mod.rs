@@ -7,3 +7,7 @@ mod us76;
 
 pub use air::{AirProfile, AirState, Atmosphere, DOBSON_UNIT_M2};
 pub use grid::{column, VerticalGrid};
+pub mod aerosol;
+pub mod opac;
+pub mod particle;
+mod table;

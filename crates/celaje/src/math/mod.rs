@@ -1,5 +1,6 @@
 //! Numbers that know no physics: vectors, interpolation, quadrature, random numbers, statistics.
 
+mod complex;
 pub mod interp;
 pub mod lanes;
 mod rng;
@@ -7,6 +8,7 @@ pub mod statistics;
 mod table;
 mod vec3;
 
+pub use complex::Complex;
 pub use rng::Rng;
 pub use table::Table;
 pub use vec3::Vec3;

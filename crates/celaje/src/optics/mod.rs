@@ -5,3 +5,18 @@ mod phase;
 pub mod rayleigh;
 
 pub use phase::Phase;
+mod aerosol;
+mod angles;
+mod lognormal;
+mod mie;
+mod mie_kernel;
+
+pub use aerosol::{
+    aerosol_optics, aerosol_optics_on, component, component_optics, AerosolOptics, ComponentOptics,
+    LayerOptics,
+};
+pub use angles::AngleGrid;
+pub use lognormal::{
+    particle_optics, particle_optics_with, ParticleOptics, Quadrature, ScatteringMatrix,
+};
+pub use mie::{mie, MieSphere};

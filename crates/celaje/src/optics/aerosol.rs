@@ -1,0 +1,290 @@
+//! Optics of an aerosol type: one set of cross sections and one phase function per layer.
+
+use super::angles::AngleGrid;
+use super::lognormal::{particle_optics, ParticleOptics, ScatteringMatrix};
+use crate::composition::aerosol::{AerosolLayer, AerosolType, VerticalProfile};
+use crate::composition::opac;
+use crate::composition::particle::Particle;
+use crate::error::{check_range, Error, Result};
+use crate::spectrum::WavelengthGrid;
+use rayon::prelude::*;
+
+/// Optics of one kind of particle over wavelength, per particle.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ComponentOptics {
+    /// Name of the component.
+    pub id: String,
+    /// Vacuum wavelengths \[nm\].
+    pub wavelength_nm: Vec<f64>,
+    /// Scattering angles of the matrices.
+    pub angles: AngleGrid,
+    /// One per wavelength.
+    pub optics: Vec<ParticleOptics>,
+    /// Whether the refractive index had to be extrapolated at any wavelength.
+    pub extrapolated: bool,
+}
+
+/// Optics of the mixture of all components that share a vertical profile, per particle of the mixture.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LayerOptics {
+    /// Name of the layer.
+    pub name: String,
+    /// How number density falls off.
+    pub profile: VerticalProfile,
+    /// Number density where the profile is 1 \[m⁻³\]; scaling by optical depth acts on it.
+    pub number_density_ref: f64,
+    /// Whether optical depth sets the amount.
+    pub scales_with_aod: bool,
+    /// Mean extinction cross section \[m²\], per wavelength.
+    pub xs_ext: Vec<f64>,
+    /// Mean scattering cross section \[m²\], per wavelength.
+    pub xs_sca: Vec<f64>,
+    /// Mean cosine of the scattering angle, per wavelength.
+    pub asymmetry: Vec<f64>,
+    /// Scattering matrix of the mixture, per wavelength.
+    pub matrix: Vec<ScatteringMatrix>,
+    /// Extinction cross section at 550 nm \[m²\].
+    pub xs_ext_550: f64,
+}
+
+impl LayerOptics {
+    /// Particles per m³ at an altitude above sea level \[m\].
+    pub fn number_density(&self, altitude_m: f64) -> f64 {
+        self.number_density_ref * self.profile.relative(altitude_m)
+    }
+
+    /// Optical depth at 550 nm from an altitude \[m\] upwards.
+    pub fn aod_550_above(&self, altitude_m: f64) -> f64 {
+        self.number_density_ref * self.profile.column_above(altitude_m) * self.xs_ext_550
+    }
+}
+
+/// Everything that light needs to know about an aerosol type.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AerosolOptics {
+    /// Name of the type.
+    pub name: String,
+    /// Vacuum wavelengths \[nm\].
+    pub wavelength_nm: Vec<f64>,
+    /// Scattering angles of all matrices.
+    pub angles: AngleGrid,
+    /// One per layer of the type.
+    pub layers: Vec<LayerOptics>,
+    /// Whether any refractive index was extrapolated below its table.
+    pub extrapolated: bool,
+}
+
+impl AerosolOptics {
+    /// Optical depth at 550 nm of the layers that scale with it (the troposphere), from an altitude \[m\] upwards.
+    pub fn aod_550_above(&self, altitude_m: f64) -> f64 {
+        let scaled = self.layers.iter().filter(|layer| layer.scales_with_aod);
+        scaled.map(|layer| layer.aod_550_above(altitude_m)).sum()
+    }
+
+    /// Sets the amount of tropospheric aerosol by its optical depth at 550 nm above the ground.
+    ///
+    /// `aod_550` \[1\], 0 to 100; `ground_altitude_m` above sea level \[m\]: the air below it is cut away before the column
+    /// is taken. The stratosphere stays as tabulated.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`]; [`Error::Invalid`] if the ground lies above all of the aerosol.
+    pub fn scale_to_aod_550(&mut self, aod_550: f64, ground_altitude_m: f64) -> Result<()> {
+        check_range("aod_550", aod_550, "", 0.0..=100.0)?;
+        check_range("ground altitude", ground_altitude_m, "m", -1000.0..=100e3)?;
+        let now = self.aod_550_above(ground_altitude_m);
+        if now <= 0.0 && aod_550 > 0.0 {
+            return Err(Error::invalid(
+                format!(
+                    "no aerosol of type '{}' lies above {ground_altitude_m} m to be scaled to an optical depth",
+                    self.name
+                ),
+                "set the optical depth to 0 or lower the ground",
+            ));
+        }
+        let factor = if now > 0.0 { aod_550 / now } else { 0.0 };
+        self.multiply(factor)
+    }
+
+    /// Multiplies the amount of tropospheric aerosol (a turbidity factor), 0 to 1e6.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`].
+    pub fn multiply(&mut self, factor: f64) -> Result<()> {
+        check_range("aerosol factor", factor, "", 0.0..=1e6)?;
+        for layer in self.layers.iter_mut().filter(|l| l.scales_with_aod) {
+            layer.number_density_ref *= factor;
+        }
+        Ok(())
+    }
+}
+
+/// Optics of one kind of particle at every wavelength of a grid.
+///
+/// # Errors
+/// [`Error::OutOfRange`] for a wavelength above the table of refractive indices.
+pub fn component_optics(
+    particle: &Particle,
+    wavelength: &WavelengthGrid,
+    angles: &AngleGrid,
+) -> Result<ComponentOptics> {
+    let mut optics = Vec::with_capacity(wavelength.len());
+    let mut extrapolated = false;
+    let computed: Vec<Result<(ParticleOptics, bool)>> = wavelength
+        .nm()
+        .par_iter()
+        .map(|&wavelength_nm| {
+            let at = particle.index.at(wavelength_nm)?;
+            let optics = particle_optics(&particle.size, at.n, at.k, wavelength_nm, angles)?;
+            Ok((optics, at.extrapolated))
+        })
+        .collect();
+    for result in computed {
+        let (one, flagged) = result?;
+        optics.push(one);
+        extrapolated |= flagged;
+    }
+    Ok(ComponentOptics {
+        id: particle.id.clone(),
+        wavelength_nm: wavelength.nm().to_vec(),
+        angles: angles.clone(),
+        optics,
+        extrapolated,
+    })
+}
+
+/// Optics of one OPAC component (`waso`, `soot`, …) at a relative humidity \[%\], 0 to 99, per particle.
+///
+/// Times 1e6 m⁻³ the cross sections are the coefficients \[m⁻¹\] at 1 cm⁻³.
+///
+/// # Errors
+/// As [`opac::component`] and [`component_optics`].
+pub fn component(
+    id: &str,
+    humidity_percent: f64,
+    wavelength: &WavelengthGrid,
+) -> Result<ComponentOptics> {
+    let particle = opac::component(id, humidity_percent)?;
+    component_optics(&particle, wavelength, &AngleGrid::default())
+}
+
+/// Optics of an aerosol type, in the amounts of its definition (OPAC) or scaled to its default optical depth above
+/// sea level (AIAA).
+///
+/// `humidity_percent` \[%\], 0 to 99, is that of the lowest air; OPAC's upper layers keep their own.
+///
+/// # Errors
+/// [`Error::OutOfRange`] for humidity, or a wavelength beyond the refractive indices.
+pub fn aerosol_optics(
+    aerosol: &AerosolType,
+    humidity_percent: f64,
+    wavelength: &WavelengthGrid,
+) -> Result<AerosolOptics> {
+    aerosol_optics_on(aerosol, humidity_percent, wavelength, &AngleGrid::default())
+}
+
+/// [`aerosol_optics`] with matrices at chosen angles.
+///
+/// # Errors
+/// As [`aerosol_optics`].
+pub fn aerosol_optics_on(
+    aerosol: &AerosolType,
+    humidity_percent: f64,
+    wavelength: &WavelengthGrid,
+    angles: &AngleGrid,
+) -> Result<AerosolOptics> {
+    check_range("humidity", humidity_percent, "%", 0.0..=99.0)?;
+    // 550 nm rides along at the end, for scaling by optical depth.
+    let mut nm = wavelength.nm().to_vec();
+    nm.push(550.0);
+
+    // A particle that occurs in several layers is computed once.
+    let mut particles: Vec<Particle> = Vec::new();
+    for component in aerosol.layers.iter().flat_map(|l| &l.components) {
+        let particle = component.source.particle(humidity_percent)?;
+        if !particles.contains(&particle) {
+            particles.push(particle);
+        }
+    }
+    let jobs: Vec<(usize, f64)> = (0..particles.len())
+        .flat_map(|p| nm.iter().map(move |&w| (p, w)))
+        .collect();
+    let computed = jobs
+        .par_iter()
+        .map(|&(p, wavelength_nm)| {
+            let at = particles[p].index.at(wavelength_nm)?;
+            let size = &particles[p].size;
+            let optics = particle_optics(size, at.n, at.k, wavelength_nm, angles)?;
+            Ok((optics, at.extrapolated))
+        })
+        .collect::<Result<Vec<(ParticleOptics, bool)>>>()?;
+    let extrapolated = computed.iter().any(|(_, flagged)| *flagged);
+
+    let mut layers = Vec::new();
+    for layer in &aerosol.layers {
+        let mut parts = Vec::new();
+        for component in &layer.components {
+            let particle = component.source.particle(humidity_percent)?;
+            let p = particles.iter().position(|q| *q == particle).unwrap_or(0);
+            let optics = &computed[p * nm.len()..(p + 1) * nm.len()];
+            parts.push((component.number_density, optics));
+        }
+        layers.push(mix(layer, &parts, angles));
+    }
+    let mut optics = AerosolOptics {
+        name: aerosol.name.clone(),
+        wavelength_nm: wavelength.nm().to_vec(),
+        angles: angles.clone(),
+        layers,
+        extrapolated,
+    };
+    if let Some(aod_550) = aerosol.default_aod_550 {
+        optics.scale_to_aod_550(aod_550, 0.0)?;
+    }
+    Ok(optics)
+}
+
+/// The mixture of a layer: number-weighted cross sections, scattering-weighted phase functions.
+///
+/// `parts` holds, per component, its number density and its optics at every wavelength, 550 nm last.
+fn mix(
+    layer: &AerosolLayer,
+    parts: &[(f64, &[(ParticleOptics, bool)])],
+    angles: &AngleGrid,
+) -> LayerOptics {
+    let total: f64 = parts.iter().map(|(number, _)| number).sum();
+    let wavelengths = parts.first().map_or(0, |(_, optics)| optics.len());
+    let mut out = LayerOptics {
+        name: layer.name.clone(),
+        profile: layer.profile.clone(),
+        number_density_ref: total,
+        scales_with_aod: layer.scales_with_aod,
+        xs_ext: Vec::new(),
+        xs_sca: Vec::new(),
+        asymmetry: Vec::new(),
+        matrix: Vec::new(),
+        xs_ext_550: 0.0,
+    };
+    for w in 0..wavelengths {
+        let (mut ext, mut sca, mut sca_asymmetry) = (0.0, 0.0, 0.0);
+        let mut matrix = ScatteringMatrix::zero(angles.theta_deg().len());
+        for (number, optics) in parts {
+            let one = &optics[w].0;
+            let share = number / total;
+            ext += share * one.xs_ext;
+            sca += share * one.xs_sca;
+            sca_asymmetry += share * one.xs_sca * one.asymmetry;
+            matrix.add(&one.matrix, share * one.xs_sca);
+        }
+        matrix.scale(1.0 / sca);
+        out.xs_ext.push(ext);
+        out.xs_sca.push(sca);
+        out.asymmetry.push(sca_asymmetry / sca);
+        out.matrix.push(matrix);
+    }
+    // The last wavelength was 550 nm, wanted for scaling only.
+    out.xs_ext_550 = out.xs_ext.pop().unwrap_or(0.0);
+    out.xs_sca.pop();
+    out.asymmetry.pop();
+    out.matrix.pop();
+    out
+}
