@@ -15,7 +15,8 @@ D65 = SDS_ILLUMINANTS["D65"]
 
 
 def write(name, header, rows):
-    lines = [header] + [",".join(f"{value:.9g}" for value in row) for row in rows]
+    # colour-science has zbar = -2e-21 at two wavelengths, a rounding residue of CIE's 0.
+    lines = [header] + [",".join(f"{max(value, 0.0):.9g}" for value in row) for row in rows]
     (FOLDER / name).write_text("\n".join(lines) + "\n", encoding="ascii")
 
 
