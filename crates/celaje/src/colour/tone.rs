@@ -6,7 +6,7 @@ use crate::error::{check_range, Error, Result};
 /// The luminance that a fixed exposure of 0 EV shows as white \[cd m⁻²\]: a bright clear sky near the horizon by day.
 pub const REFERENCE_WHITE: f64 = 10_000.0;
 
-/// Share of the pixels that automatic exposure keeps at or below white.
+/// Share of the pixels below the luminance that stands for the bright part of a picture.
 const AUTO_SHARE: f64 = 0.98;
 /// Pixels brighter than this many medians are light sources to automatic exposure, not sky.
 const AUTO_SOURCE: f64 = 100.0;
@@ -125,12 +125,15 @@ impl Exposure {
     }
 }
 
-/// White of an automatic exposure \[cd m⁻²\]: the 98th percentile of the luminances.
+/// White of an automatic exposure \[cd m⁻²\]: twice the geometric mean of the median and the 98th percentile of the
+/// luminances.
 ///
-/// Black pixels and those that are not numbers do not count, nor do light sources: the sun's disc is brighter than 100
-/// medians (10⁴ at least by day, while the aureole and the glow of twilight stay below 100). So noon and deep twilight
-/// both fill the range of the display, and a disc in the picture, large or small, changes nothing. [`REFERENCE_WHITE`]
-/// if every pixel is black.
+/// So an even sky is shown at half of white, and one with a glow gives some of its brightest part to keep the rest
+/// from sinking into the dark: a median sky at 1/10 of the glow stands at 0.16 of white, the glow at 1.6. Black pixels
+/// and those that are not numbers do not count, nor do light sources: the sun's disc is brighter than 100 medians
+/// (10⁴ at least by day, while the aureole and the glow of twilight stay below 100). So noon and deep twilight both
+/// fill the range of the display, and a disc in the picture, large or small, changes nothing to speak of.
+/// [`REFERENCE_WHITE`] if every pixel is black.
 pub fn auto_white(luminance: &[f32]) -> f64 {
     let mut y: Vec<f32> = luminance
         .iter()
@@ -140,9 +143,11 @@ pub fn auto_white(luminance: &[f32]) -> f64 {
     if y.is_empty() {
         return REFERENCE_WHITE;
     }
+    let limit = AUTO_SOURCE * f64::from(quantile(&mut y, 0.5));
+    y.retain(|&v| f64::from(v) <= limit);
     let median = f64::from(quantile(&mut y, 0.5));
-    y.retain(|&v| f64::from(v) <= AUTO_SOURCE * median);
-    f64::from(quantile(&mut y, AUTO_SHARE))
+    let bright = f64::from(quantile(&mut y, AUTO_SHARE));
+    2.0 * (median * bright).sqrt()
 }
 
 /// The value below which a share of the values lies; `values` not empty and free of NaN.
@@ -217,7 +222,10 @@ mod tests {
     fn automatic_exposure_ignores_the_disc() {
         let mut sky: Vec<f32> = (0..1000).map(|i| 1000.0 + i as f32).collect();
         let without = auto_white(&sky);
-        assert!((without - 1979.0).abs() < 1.5);
+        let expected = 2.0 * (1499.5f64 * 1979.0).sqrt();
+        assert!((without / expected - 1.0).abs() < 1e-3);
+        // An even sky is half of white.
+        assert_eq!(auto_white(&[300.0; 9]), 600.0);
         // A disc that fills a tenth of a telephoto picture.
         sky.extend([1.5e9; 100]);
         assert_eq!(auto_white(&sky), without);
