@@ -19,6 +19,6 @@ pub use observer::{Observer, SpectrumToXyz, LUMINOUS_EFFICACY};
 pub use photometry::{correlated_colour_temperature, illuminance_lux, Cct};
 pub use srgb::{
     desaturated_above_zero, desaturated_into_unit, luminance, srgb_decoded, srgb_encoded,
-    srgb_from_xyz, xyy_from_xyz, xyz_from_xyy,
+    srgb_from_xyz, xyy_from_xyz, xyz_from_xyy, PRIMARIES_XY,
 };
 pub use tone::{auto_white, Exposure, ToneCurve, REFERENCE_WHITE};

@@ -254,6 +254,24 @@ pub(crate) mod tests {
         }
     }
 
+    /// CIE illuminant A is a formula (ISO/CIE 11664-2): its chromaticities are printed in CIE 15:2004, table T.3.
+    #[test]
+    fn illuminant_a_has_its_published_chromaticity() {
+        let grid = steps(360.0, 830.0, 1.0);
+        let power = |w: f64| (560.0 / w).powi(5) / (1.435e7 / (2848.0 * w)).exp_m1();
+        let spectrum: Vec<f64> = grid.iter().map(|&w| power(w)).collect();
+        let cases = [
+            (Observer::Cie1931, 0.44758, 0.40745),
+            (Observer::Cie1964, 0.45117, 0.40594),
+        ];
+        for (observer, x, y) in cases {
+            let xyz = SpectrumToXyz::new(&grid, observer).unwrap().xyz(&spectrum);
+            let sum: f64 = xyz.iter().sum();
+            assert!((xyz[0] / sum - x).abs() < 2e-5, "{observer:?} {xyz:?}");
+            assert!((xyz[1] / sum - y).abs() < 2e-5, "{observer:?} {xyz:?}");
+        }
+    }
+
     /// The equal-energy spectrum lies at (1/3, 1/3) for both observers by their definition.
     #[test]
     fn equal_energy_is_neutral() {

@@ -18,7 +18,7 @@ use exr::prelude::Compression;
 
 use super::target::write_whole;
 use super::Metadata;
-use crate::colour::{ColourImage, Observer};
+use crate::colour::{ColourImage, Observer, PRIMARIES_XY};
 use crate::error::{Error, Result};
 use crate::film::Film;
 
@@ -63,11 +63,12 @@ pub fn write_exr(path: &Path, film: &Film, observer: Observer, metadata: &Metada
         encoding,
         channels,
     );
+    let [red, green, blue] = PRIMARIES_XY.map(|[x, y]| Vec2(x as f32, y as f32));
     let mut attributes = ImageAttributes::with_size(size);
     attributes.chromaticities = Some(Chromaticities {
-        red: Vec2(0.64, 0.33),
-        green: Vec2(0.30, 0.60),
-        blue: Vec2(0.15, 0.06),
+        red,
+        green,
+        blue,
         white: Vec2(0.3127, 0.3290),
     });
     let image = Image::new(attributes, layer);
