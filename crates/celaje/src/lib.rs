@@ -22,9 +22,11 @@ pub mod medium;
 pub mod optics;
 pub mod place;
 pub mod sensor;
+pub mod sky;
 pub mod spectrum;
 pub mod transport;
 
 pub use error::{Error, Result};
 pub use film::Film;
+pub use sky::Sky;
 pub use spectrum::WavelengthGrid;

@@ -4,10 +4,12 @@
 //! one along a ray (an upper bound of the extinction, piece by piece). That is all that unbiased tracking needs, so any
 //! medium that varies in three dimensions can be put in the place of [`LayeredMedium`].
 
+mod atmosphere;
 mod columns;
 mod layered;
 mod ray;
 
+pub use atmosphere::{from_atmosphere, grid_with_edges};
 pub(crate) use columns::{Columns, RayColumns};
 pub use layered::LayeredMedium;
 pub use ray::{Ray, Span};

@@ -1,0 +1,118 @@
+//! From gases and particles to a layered medium.
+
+use super::LayeredMedium;
+use crate::composition::{AirProfile, VerticalGrid};
+use crate::error::Result;
+use crate::optics::ozone::OzoneAbsorption;
+use crate::optics::rayleigh::Rayleigh;
+use crate::optics::{AerosolOptics, LayerOptics, Phase};
+use crate::spectrum::WavelengthGrid;
+
+/// Half the height over which an aerosol layer's edge is drawn \[m\].
+const EDGE_M: f64 = 1.0;
+
+/// The standard grid above the ground, with a pair of nodes about each edge of an aerosol layer.
+///
+/// An edge between two nodes far apart would be drawn as a ramp; a pair 2 m apart keeps the layer's column.
+///
+/// # Errors
+/// As [`VerticalGrid::standard`].
+pub fn grid_with_edges(ground_m: f64, aerosol: &AerosolOptics) -> Result<VerticalGrid> {
+    let standard = VerticalGrid::standard(ground_m)?;
+    let mut edges: Vec<f64> = aerosol
+        .layers
+        .iter()
+        .flat_map(|l| l.profile.breaks_m())
+        .collect();
+    edges.retain(|&z| z > ground_m + 2.0 * EDGE_M && z < VerticalGrid::TOP_M - 2.0 * EDGE_M);
+    let mut nodes: Vec<f64> = standard
+        .altitude_m()
+        .iter()
+        .copied()
+        .filter(|z| edges.iter().all(|e| (z - e).abs() > 2.0 * EDGE_M))
+        .chain(edges.iter().flat_map(|e| [e - EDGE_M, e + EDGE_M]))
+        .collect();
+    nodes.sort_by(f64::total_cmp);
+    nodes.dedup();
+    VerticalGrid::new(nodes)
+}
+
+/// The medium of an atmosphere: air, ozone, and the layers of an aerosol.
+///
+/// # Arguments
+/// * `air` — densities and temperatures on a grid, best from [`grid_with_edges`]
+/// * `aerosol` — cross sections, phase functions and profiles at the wavelengths of `wavelength`
+/// * `planet_radius_m` — radius of sea level
+///
+/// # Errors
+/// Those of the optics for wavelengths beyond their tables, and of [`LayeredMedium::add`].
+pub fn from_atmosphere(
+    air: &AirProfile,
+    aerosol: &AerosolOptics,
+    wavelength: &WavelengthGrid,
+    planet_radius_m: f64,
+) -> Result<LayeredMedium> {
+    let altitude_m = &air.altitude_m;
+    let mut medium = LayeredMedium::new(altitude_m, wavelength.nm(), planet_radius_m)?;
+    let nothing = vec![0.0; altitude_m.len() * wavelength.len()];
+
+    // Air scatters, ozone absorbs at the temperature of its own layer; together they are one species.
+    let rayleigh = Rayleigh::new()?;
+    let xs_sca = rayleigh.xs_sca_on(wavelength)?;
+    let depolarisation: Vec<f64> = wavelength
+        .nm()
+        .iter()
+        .map(|&w| rayleigh.depolarisation(w))
+        .collect();
+    let ozone = OzoneAbsorption::new(wavelength)?;
+    let sigma_s = outer(&air.air_number_density, &xs_sca);
+    let mut sigma_a = Vec::with_capacity(nothing.len());
+    for (&density, &temperature_k) in air.ozone_number_density.iter().zip(&air.temperature_k) {
+        sigma_a.extend(ozone.xs_abs(temperature_k)?.iter().map(|xs| density * xs));
+    }
+    medium.add(&sigma_s, &sigma_a, Phase::rayleigh(&depolarisation)?)?;
+
+    for layer in aerosol.layers.iter().filter(|l| l.number_density_ref > 0.0) {
+        add_aerosol_layer(&mut medium, aerosol, layer)?;
+    }
+    Ok(medium)
+}
+
+fn add_aerosol_layer(
+    medium: &mut LayeredMedium,
+    aerosol: &AerosolOptics,
+    layer: &LayerOptics,
+) -> Result<()> {
+    let density: Vec<f64> = medium
+        .altitude_m()
+        .iter()
+        .map(|&z| layer.number_density(z))
+        .collect();
+    if density.iter().all(|&d| d == 0.0) {
+        return Ok(());
+    }
+    let xs_abs: Vec<f64> = layer
+        .xs_ext
+        .iter()
+        .zip(&layer.xs_sca)
+        .map(|(e, s)| (e - s).max(0.0))
+        .collect();
+    let phase: Vec<f64> = layer
+        .matrix
+        .iter()
+        .flat_map(|m| m.f11.iter().copied())
+        .collect();
+    medium.add(
+        &outer(&density, &layer.xs_sca),
+        &outer(&density, &xs_abs),
+        Phase::table(aerosol.angles.theta_deg(), &phase)?,
+    )
+}
+
+/// `density[i] · xs[j]`, shape (altitude, wavelength).
+fn outer(density: &[f64], xs: &[f64]) -> Vec<f64> {
+    density
+        .iter()
+        .flat_map(|d| xs.iter().map(move |x| d * x))
+        .collect()
+}

@@ -1,0 +1,255 @@
+//! The whole line in one value: conditions, atmosphere, medium, sun and ground, ready to be looked at.
+
+use std::sync::atomic::AtomicBool;
+
+use crate::climate::Conditions;
+use crate::composition::aerosol::AerosolType;
+use crate::composition::{AirProfile, Atmosphere};
+use crate::error::{check_range, Error, Result};
+use crate::film::Film;
+use crate::math::Vec3;
+use crate::medium::{from_atmosphere, grid_with_edges, LayeredMedium, Medium};
+use crate::optics::{aerosol_optics, AerosolOptics};
+use crate::sensor::Sensor;
+use crate::spectrum::{SolarSpectrum, WavelengthGrid};
+use crate::transport::{Budget, Classic, Control, Integrator, Observer, Scene, SunLight, Tracker};
+
+/// Radius of sea level \[m\]; the atmosphere ends 100 km above it.
+pub const PLANET_RADIUS_M: f64 = 6_360_000.0;
+
+/// How the radiative transfer equation is solved.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
+pub enum Method {
+    /// The reference: all wavelengths on one path, unbiased.
+    #[default]
+    Path,
+    /// Plain tracking for any medium, all wavelengths on one path: the oracle of `path`.
+    Tracker,
+    /// The textbook form, one wavelength at a time: slow, the yardstick.
+    Classic,
+}
+
+impl Method {
+    /// Every method with its name and a line of meaning.
+    pub const ALL: [(Self, &'static str, &'static str); 3] = [
+        (
+            Self::Path,
+            "path",
+            "unbiased path tracing, all wavelengths on one path (the reference)",
+        ),
+        (
+            Self::Tracker,
+            "tracker",
+            "plain delta and ratio tracking, all wavelengths on one path",
+        ),
+        (
+            Self::Classic,
+            "classic",
+            "textbook path tracing, one wavelength at a time (slow)",
+        ),
+    ];
+
+    /// The method of a name.
+    ///
+    /// # Errors
+    /// [`Error::UnknownName`].
+    pub fn named(name: &str) -> Result<Self> {
+        let found = Self::ALL.iter().find(|(_, n, _)| *n == name);
+        found.map(|(m, ..)| *m).ok_or_else(|| Error::UnknownName {
+            kind: "method",
+            name: name.into(),
+            known: Self::ALL.iter().map(|(_, n, _)| (*n).into()).collect(),
+        })
+    }
+}
+
+/// Whether the sun's disc is part of what is seen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum SunDisc {
+    /// Sky and disc.
+    #[default]
+    On,
+    /// The sky alone.
+    Off,
+    /// The disc alone, attenuated by the air, on black.
+    Only,
+}
+
+/// How to look at a sky.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RenderOptions {
+    /// How the equation is solved.
+    pub method: Method,
+    /// Paths per pixel, seed and number of orders.
+    pub budget: Budget,
+    /// Whether the sun's disc is seen.
+    pub sun_disc: SunDisc,
+    /// Observer above sea level \[m\]; `None` is on the ground. Never below it.
+    pub altitude_m: Option<f64>,
+}
+
+/// The composition behind a sky: what the air holds.
+#[derive(Debug, Clone)]
+pub struct Composition {
+    /// Air and ozone along altitude.
+    pub air: AirProfile,
+    /// Aerosol layers with their optics.
+    pub aerosol: AerosolOptics,
+}
+
+/// A sky.
+#[derive(Debug, Clone)]
+pub struct Sky {
+    /// What the climate or the user said; none for a medium of one's own.
+    pub conditions: Option<Conditions>,
+    /// What the air holds; none for a medium of one's own.
+    pub composition: Option<Composition>,
+    /// Coefficients along altitude and wavelength.
+    pub medium: LayeredMedium,
+    /// The sun.
+    pub sun: SunLight,
+    /// Albedo of the ground, shape (w,).
+    pub albedo: Vec<f64>,
+}
+
+impl Sky {
+    /// The sky of some conditions.
+    ///
+    /// # Errors
+    /// [`Error::UnknownName`] for an aerosol or atmosphere that does not exist; out-of-range wavelengths.
+    pub fn new(
+        conditions: Conditions,
+        wavelength: &WavelengthGrid,
+        solar: SolarSpectrum,
+    ) -> Result<Self> {
+        let latitude_deg = conditions.latitude_deg.as_ref().map_or(45.0, |c| c.value);
+        let ground_m = conditions.altitude_m.value;
+        let aerosol_type = AerosolType::named(&conditions.aerosol.value, latitude_deg)?;
+        let mut aerosol =
+            aerosol_optics(&aerosol_type, conditions.humidity_percent.value, wavelength)?;
+        aerosol.scale_to_aod_550(conditions.aod_550.value, ground_m)?;
+        let grid = grid_with_edges(ground_m, &aerosol)?;
+        let air = Atmosphere::named(&conditions.atmosphere.value)?
+            .profile(&grid, conditions.ozone_du.value)?;
+        let medium = from_atmosphere(&air, &aerosol, wavelength, PLANET_RADIUS_M)?;
+
+        let position = conditions.sun()?;
+        let distance_squared = position.distance_au() * position.distance_au();
+        let irradiance: Vec<f64> = solar
+            .irradiance(wavelength)?
+            .iter()
+            .map(|e| e / distance_squared)
+            .collect();
+        let towards =
+            Vec3::from_azimuth_elevation_deg(position.azimuth_deg(), position.elevation_deg());
+        let sun = SunLight::new(
+            towards,
+            wavelength.nm(),
+            &irradiance,
+            position.angular_radius_deg(),
+        )?;
+        let albedo = vec![conditions.albedo.value; wavelength.len()];
+        Ok(Self {
+            conditions: Some(conditions),
+            composition: Some(Composition { air, aerosol }),
+            medium,
+            sun,
+            albedo,
+        })
+    }
+
+    /// The sky of a medium of one's own under a sun of one's own.
+    ///
+    /// # Arguments
+    /// * `sun_elevation_deg`, `sun_azimuth_deg` — true direction of the sun's middle
+    /// * `albedo` — of the ground \[1\], shape (w,)
+    /// * `irradiance` — above the air, on a plane facing the sun \[W m⁻² nm⁻¹\], shape (w,)
+    /// * `sun_angular_radius_deg` — 0 is a collimated beam, left out of radiances
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`], [`Error::ShapeMismatch`].
+    pub fn from_medium(
+        medium: LayeredMedium,
+        sun_elevation_deg: f64,
+        sun_azimuth_deg: f64,
+        albedo: &[f64],
+        irradiance: &[f64],
+        sun_angular_radius_deg: f64,
+    ) -> Result<Self> {
+        check_range("sun elevation", sun_elevation_deg, "deg", -90.0..=90.0)?;
+        check_range("sun azimuth", sun_azimuth_deg, "deg", -360.0..=360.0)?;
+        let towards = Vec3::from_azimuth_elevation_deg(sun_azimuth_deg, sun_elevation_deg);
+        let sun = SunLight::new(
+            towards,
+            medium.wavelength_nm(),
+            irradiance,
+            sun_angular_radius_deg,
+        )?;
+        Scene::new(&medium, sun.clone(), albedo)?;
+        Ok(Self {
+            conditions: None,
+            composition: None,
+            medium,
+            sun,
+            albedo: albedo.to_vec(),
+        })
+    }
+
+    /// Vacuum wavelengths \[nm\].
+    pub fn wavelength_nm(&self) -> &[f64] {
+        self.medium.wavelength_nm()
+    }
+
+    /// Altitude of the ground \[m\].
+    pub fn ground_altitude_m(&self) -> f64 {
+        self.medium.altitude_m()[0]
+    }
+
+    /// Spectral radiance at every pixel of a sensor.
+    ///
+    /// `cancel` set to `true` stops the work within milliseconds; `progress(done, total)` is called from any thread.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] for an observer below the ground, [`Error::TooLarge`], [`Error::Interrupted`].
+    pub fn render(
+        &self,
+        sensor: &dyn Sensor,
+        options: &RenderOptions,
+        cancel: &AtomicBool,
+        progress: &(dyn Fn(u64, u64) + Sync),
+    ) -> Result<Film> {
+        let ground_m = self.ground_altitude_m();
+        let altitude_m = options.altitude_m.unwrap_or(ground_m);
+        if !(ground_m..=1e9).contains(&altitude_m) {
+            return Err(Error::OutOfRange {
+                name: "observer altitude".into(),
+                value: altitude_m,
+                unit: "m",
+                range: format!("[{ground_m}, 1e9]"),
+                hint: format!("the ground is at {ground_m} m above sea level here"),
+            });
+        }
+        let scene = Scene::new(&self.medium, self.sun.clone(), &self.albedo)?;
+        let radius_m = self.medium.ground_radius_m() + (altitude_m - ground_m);
+        let observer = Observer {
+            radius_m,
+            sun_disc: options.sun_disc != SunDisc::Off,
+        };
+        let mut budget = options.budget;
+        if options.sun_disc == SunDisc::Only {
+            // No order of scattering at all: what is left is the disc seen through the air.
+            budget.max_order = Some(0);
+        }
+        let control = Control {
+            budget,
+            cancel,
+            progress,
+        };
+        let integrator: &dyn Integrator<LayeredMedium> = match options.method {
+            Method::Path | Method::Tracker => &Tracker,
+            Method::Classic => &Classic,
+        };
+        integrator.render(&scene, &observer, sensor, &control)
+    }
+}
