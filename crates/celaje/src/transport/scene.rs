@@ -1,7 +1,7 @@
 //! What light meets: a medium, the sun, the ground.
 
 use crate::error::{check_range, Error, Result};
-use crate::math::{lanes, Rng, Vec3};
+use crate::math::{lanes, Vec3};
 use crate::medium::Medium;
 
 /// Everything that an integrator needs to know of the world.
@@ -120,14 +120,13 @@ impl SunLight {
     }
 
     /// A direction towards the sun, uniform over its disc, and `μ²` there: the squared cosine between the line of sight
-    /// and the sun's surface, 1 in the middle and 0 at the limb.
+    /// and the sun's surface, 1 in the middle and 0 at the limb. `u`, `v` uniform in [0, 1).
     #[inline(always)]
-    pub fn sample(&self, rng: &mut Rng) -> (Vec3, f64) {
+    pub fn sample(&self, u: f64, v: f64) -> (Vec3, f64) {
         if self.one_minus_cos_radius == 0.0 {
             return (self.direction, 1.0);
         }
-        let u = rng.uniform();
-        let phi = 2.0 * std::f64::consts::PI * rng.uniform();
+        let phi = std::f64::consts::TAU * v;
         // Uniform in solid angle; 1 − μ² = (sin θ / sin radius)² = u to second order in the radius (2e-5).
         let direction = self
             .direction
@@ -183,6 +182,7 @@ fn check_length(name: &str, values: &[f64], w: usize) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::Rng;
 
     /// The limb darkening has a mean of 1 over the disc, and its samples lie on the disc.
     #[test]
@@ -203,7 +203,7 @@ mod tests {
         assert!((mean - 1.0).abs() < 1e-5, "{mean}");
         let mut rng = Rng::new(1, 2);
         for _ in 0..1000 {
-            let (direction, mu_squared) = sun.sample(&mut rng);
+            let (direction, mu_squared) = sun.sample(rng.uniform(), rng.uniform());
             let seen = sun.disc(direction).unwrap();
             assert!((seen - mu_squared).abs() < 1e-6);
         }

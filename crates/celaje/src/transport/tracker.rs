@@ -1,29 +1,24 @@
 //! All wavelengths on one path, unbiased in any medium.
 //!
-//! A path is sampled for no single wavelength: every decision (collide or not, which species scatters, where to) is
-//! drawn from the mean of the wavelengths' own probabilities, each weighted by what that wavelength still carries, and
-//! every wavelength's weight is divided by that mean. This is the one-sample balance heuristic over hero wavelengths
-//! (Wilkie et al. 2014, doi:10.1111/cgf.12419) with the hero redrawn at every event and summed over analytically:
-//! weights stay bounded, their sum changes only by absorption, and no wavelength can be starved.
-//!
 //! Distances come from delta tracking under local majorants that bound all wavelengths at once, so tentative collisions
 //! fall in the same places for all, and a null collision multiplies each wavelength's weight by its own
 //! `1 − σ_t / σ_maj` (Miller, Georgiev & Jarosz 2019, doi:10.1145/3306346.3323025). The sun is met by next-event
-//! estimation with ratio-tracked transmittance.
+//! estimation with ratio-tracked transmittance. How all wavelengths share a path is told in `weights.rs`.
 
 use multiversion::multiversion;
 
-use super::render::{monte_carlo, Control, Observer};
+use super::render::{monte_carlo, Control, Estimator, Observer, Sampling};
 use super::scene::Scene;
 use super::tracking::{tentative_collisions, transmittance};
+use super::weights::Weights;
 use super::Integrator;
 use crate::error::Result;
 use crate::film::Film;
-use crate::math::{lanes, Rng, Vec3};
+use crate::math::{lanes, Rng, Sampler, Vec3};
 use crate::medium::{Medium, Ray, Span};
 use crate::sensor::Sensor;
 
-/// All wavelengths on one path.
+/// All wavelengths on one path through any medium.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Tracker;
 
@@ -35,24 +30,18 @@ impl<M: Medium> Integrator<M> for Tracker {
         sensor: &dyn Sensor,
         control: &Control<'_>,
     ) -> Result<Film> {
-        let medium = scene.medium;
         monte_carlo(
-            medium.wavelength_nm(),
-            medium.lanes(),
+            scene.medium,
             observer,
             sensor,
             control,
-            || {
-                let mut walker = Walker::new(scene, control.budget.max_order);
-                move |ray: &Ray, sun_disc, rng: &mut Rng, out: &mut [f32]| {
-                    add_estimate(&mut walker, ray, sun_disc, rng, out);
-                }
-            },
+            Sampling::Independent,
+            || Walker::new(scene, control.budget.max_order),
         )
     }
 }
 
-/// The mean weight, relative to the start, below which Russian roulette begins; 0.4 was the best of several measured.
+/// The mean weight, relative to the start, below which Russian roulette begins.
 const ROULETTE_BELOW: f32 = 0.4;
 
 /// The one place where the processor's vector width is chosen.
@@ -68,7 +57,7 @@ fn add_estimate<M: Medium>(
     rng: &mut Rng,
     out: &mut [f32],
 ) {
-    walker.add_estimate(ray, sun_disc, rng, out);
+    walker.walk(ray, sun_disc, rng, out);
 }
 
 /// What stopped a free flight.
@@ -82,44 +71,35 @@ enum Event {
 struct Walker<'a, M: Medium> {
     scene: &'a Scene<'a, M>,
     max_order: u32,
-    /// What each wavelength carries.
-    weight: Vec<f32>,
-    /// Sum of the weights.
-    total: f32,
-    /// Weights at a vertex split by species, shape (species, lanes), and their sums.
-    split: Vec<f32>,
-    split_sum: Vec<f32>,
+    weights: Weights,
     sigma_t: Vec<f32>,
     sigma_s: Vec<f32>,
-    light: Vec<f32>,
-    scratch: Vec<f32>,
+}
+
+impl<M: Medium> Estimator for Walker<'_, M> {
+    fn add_estimate(&mut self, ray: &Ray, sun_disc: bool, sampler: &mut Sampler, out: &mut [f32]) {
+        add_estimate(self, ray, sun_disc, sampler.rng(), out);
+    }
 }
 
 impl<'a, M: Medium> Walker<'a, M> {
     fn new(scene: &'a Scene<'a, M>, max_order: Option<u32>) -> Self {
-        let (lanes, species) = (scene.medium.lanes(), scene.medium.phases().len());
-        let row = vec![0.0; lanes];
         Self {
             scene,
             max_order: max_order.unwrap_or(u32::MAX),
-            weight: row.clone(),
-            total: 0.0,
-            split: vec![0.0; lanes * species],
-            split_sum: vec![0.0; species],
-            sigma_t: row.clone(),
-            sigma_s: row.clone(),
-            light: row.clone(),
-            scratch: row,
+            weights: Weights::new(scene.medium),
+            sigma_t: vec![0.0; scene.medium.lanes()],
+            sigma_s: vec![0.0; scene.medium.lanes()],
         }
     }
 
     /// Adds one unbiased estimate of the radiance arriving along a ray, at every wavelength.
     #[inline(always)]
-    fn add_estimate(&mut self, ray: &Ray, sun_disc: bool, rng: &mut Rng, out: &mut [f32]) {
+    fn walk(&mut self, ray: &Ray, sun_disc: bool, rng: &mut Rng, out: &mut [f32]) {
         let medium = self.scene.medium;
         let w = medium.wavelength_nm().len();
-        self.weight[..w].fill(1.0);
-        self.total = w as f32;
+        self.weights.weight[..w].fill(1.0);
+        self.weights.total = w as f32;
         let mut ray = *ray;
         for order in 0..=self.max_order {
             let through = ray.through_air(medium.ground_radius_m(), medium.top_radius_m());
@@ -135,7 +115,8 @@ impl<'a, M: Medium> Walker<'a, M> {
                     }
                     let at = ray.at(distance);
                     self.add_scattered_sun(at, ray.direction, rng, out);
-                    let direction = self.scatter(ray.direction, rng);
+                    let u = [rng.uniform(), rng.uniform(), rng.uniform()];
+                    let direction = self.weights.scatter(medium, ray.direction, u);
                     Ray {
                         origin: at,
                         direction,
@@ -148,11 +129,10 @@ impl<'a, M: Medium> Walker<'a, M> {
                     let at = ray.at(span.end_m);
                     let normal = at.normalized();
                     self.add_reflected_sun(at, normal, rng, out);
-                    let direction = normal
-                        .deflected(rng.uniform().sqrt(), std::f64::consts::TAU * rng.uniform());
+                    let turn = std::f64::consts::TAU * rng.uniform();
                     Ray {
                         origin: at,
-                        direction,
+                        direction: normal.deflected(rng.uniform().sqrt(), turn),
                     }
                 }
                 (Event::Passed, _) => {
@@ -171,7 +151,7 @@ impl<'a, M: Medium> Walker<'a, M> {
     fn fly(&mut self, ray: &Ray, span: Span, rng: &mut Rng) -> Event {
         let medium = self.scene.medium;
         let mut event = Event::Passed;
-        let (weight, total) = (&mut self.weight, &mut self.total);
+        let Weights { weight, total, .. } = &mut self.weights;
         let (sigma_t, sigma_s) = (&mut self.sigma_t, &mut self.sigma_s);
         tentative_collisions(medium, ray, span, rng, |rng, distance, sigma_maj| {
             medium.extinction_and_scattering(ray.at(distance), sigma_t, sigma_s);
@@ -186,7 +166,7 @@ impl<'a, M: Medium> Walker<'a, M> {
             }
             let gain = kept / sigma_maj;
             if rng.uniform() as f32 * kept < scattered {
-                // The weights are split over species, and summed again, in `split_by_species`.
+                // The factor σ_s comes with the split over species.
                 lanes::scale(weight, gain / scattered);
                 event = Event::Scattered(distance);
                 return false;
@@ -199,34 +179,20 @@ impl<'a, M: Medium> Walker<'a, M> {
             true
         });
         if let Event::Scattered(distance) = event {
-            self.split_by_species(ray.at(distance));
+            self.weights.split_by_species(medium, ray.at(distance));
         }
         event
-    }
-
-    /// Splits the weights, times σ_s, over the species present at a scattering vertex.
-    #[inline(always)]
-    fn split_by_species(&mut self, at: Vec3) {
-        let n = self.weight.len();
-        self.total = 0.0;
-        for (k, row) in self.split.chunks_exact_mut(n).enumerate() {
-            self.scene.medium.species_scattering(k, at, row);
-            for (v, &w) in row.iter_mut().zip(&self.weight) {
-                *v *= w;
-            }
-            self.split_sum[k] = lanes::sum(row);
-            self.total += self.split_sum[k];
-        }
     }
 
     /// Sunlight scattered once more into the path's direction: the split weights × p × transmittance × irradiance.
     #[inline(always)]
     fn add_scattered_sun(&mut self, at: Vec3, direction: Vec3, rng: &mut Rng, out: &mut [f32]) {
-        let (towards, mu_squared) = self.scene.sun.sample(rng);
+        let (towards, mu_squared) = self.scene.sun.sample(rng.uniform(), rng.uniform());
         if self.sunlight_is_blocked(at, towards) {
             return;
         }
-        self.mix_phases(direction.dot(towards));
+        self.weights
+            .mix_phases(self.scene.medium, direction.dot(towards));
         self.add_sunlight(at, towards, mu_squared, 1.0, rng, out);
     }
 
@@ -234,16 +200,18 @@ impl<'a, M: Medium> Walker<'a, M> {
     /// the albedo, which is also what the reflected path carries on: cosine sampling leaves no other factor.
     #[inline(always)]
     fn add_reflected_sun(&mut self, at: Vec3, normal: Vec3, rng: &mut Rng, out: &mut [f32]) {
-        for (w, &albedo) in self.weight.iter_mut().zip(&self.scene.albedo) {
+        let w = &mut self.weights;
+        for (w, &albedo) in w.weight.iter_mut().zip(&self.scene.albedo) {
             *w *= albedo;
         }
-        self.total = lanes::sum(&self.weight);
-        let (towards, mu_squared) = self.scene.sun.sample(rng);
+        w.total = lanes::sum(&w.weight);
+        let (towards, mu_squared) = self.scene.sun.sample(rng.uniform(), rng.uniform());
         let cosine = normal.dot(towards);
         if cosine <= 0.0 || self.sunlight_is_blocked(at, towards) {
             return;
         }
-        self.light.copy_from_slice(&self.weight);
+        let w = &mut self.weights;
+        w.light.copy_from_slice(&w.weight);
         self.add_sunlight(
             at,
             towards,
@@ -280,72 +248,38 @@ impl<'a, M: Medium> Walker<'a, M> {
         out: &mut [f32],
     ) {
         let (medium, sun) = (self.scene.medium, &self.scene.sun);
+        let Weights { light, scratch, .. } = &mut self.weights;
         let ray = Ray {
             origin: at,
             direction: towards,
         };
         if let Some((span, _)) = ray.through_air(medium.ground_radius_m(), medium.top_radius_m()) {
-            transmittance(medium, &ray, span, rng, &mut self.light, &mut self.scratch);
+            transmittance(medium, &ray, span, rng, light, scratch);
         }
-        sun.limb(mu_squared, &mut self.light);
+        sun.limb(mu_squared, light);
         let factor = factor as f32;
-        for ((o, &l), &e) in out.iter_mut().zip(&self.light).zip(&sun.irradiance) {
+        for ((o, &l), &e) in out.iter_mut().zip(light.iter()).zip(&sun.irradiance) {
             *o += l * factor * e;
         }
-    }
-
-    /// `light = Σ_k split_k p_k(cos θ)` over the species present.
-    #[inline(always)]
-    fn mix_phases(&mut self, cos_theta: f64) {
-        let n = self.weight.len();
-        self.light.fill(0.0);
-        for (k, phase) in self.scene.medium.phases().iter().enumerate() {
-            if self.split_sum[k] > 0.0 {
-                phase.eval(cos_theta, &mut self.scratch);
-                let split = &self.split[k * n..(k + 1) * n];
-                for ((l, &p), &s) in self.light.iter_mut().zip(&self.scratch).zip(split) {
-                    *l += p * s;
-                }
-            }
-        }
-    }
-
-    /// Draws a direction from the mean of all wavelengths' phase functions and divides the weights by that mean.
-    #[inline(always)]
-    fn scatter(&mut self, direction: Vec3, rng: &mut Rng) -> Vec3 {
-        let n = self.weight.len();
-        // One species and one wavelength, by what they carry; which ones is then forgotten.
-        let species = lanes::pick(&self.split_sum, rng.uniform() as f32 * self.total);
-        let row = &self.split[species * n..(species + 1) * n];
-        let lane = lanes::pick(row, rng.uniform() as f32 * self.split_sum[species]);
-        let cos_theta = self.scene.medium.phases()[species].sample(lane, rng.uniform());
-        self.mix_phases(cos_theta);
-        let density = lanes::sum(&self.light);
-        // A density of zero (a hole in a table, met by rounding) ends the path.
-        let scale = if density > 0.0 {
-            self.total / density
-        } else {
-            0.0
-        };
-        self.total = if density > 0.0 { self.total } else { 0.0 };
-        for (w, &l) in self.weight.iter_mut().zip(&self.light) {
-            *w = l * scale;
-        }
-        direction.deflected(cos_theta, std::f64::consts::TAU * rng.uniform())
     }
 
     /// Light from outside the air, where the path leaves it.
     #[inline(always)]
     fn add_outer_space(&mut self, direction: Vec3, sun_disc: bool, out: &mut [f32]) {
-        for ((o, &w), &b) in out.iter_mut().zip(&self.weight).zip(&self.scene.background) {
+        let Weights { weight, light, .. } = &mut self.weights;
+        for ((o, &w), &b) in out
+            .iter_mut()
+            .zip(weight.iter())
+            .zip(&self.scene.background)
+        {
             *o += w * b;
         }
         let sun = &self.scene.sun;
         if let (true, Some(mu_squared)) = (sun_disc, sun.disc(direction)) {
-            self.light.copy_from_slice(&self.weight);
-            sun.limb(mu_squared, &mut self.light);
+            light.copy_from_slice(weight);
+            sun.limb(mu_squared, light);
             let scale = (1.0 / sun.solid_angle_sr()) as f32;
-            for ((o, &l), &e) in out.iter_mut().zip(&self.light).zip(&sun.irradiance) {
+            for ((o, &l), &e) in out.iter_mut().zip(light.iter()).zip(&sun.irradiance) {
                 *o += l * e * scale;
             }
         }
@@ -354,15 +288,16 @@ impl<'a, M: Medium> Walker<'a, M> {
     /// Russian roulette on the sum of the weights.
     #[inline(always)]
     fn survives(&mut self, wavelengths: usize, rng: &mut Rng) -> bool {
-        let survival = self.total / (ROULETTE_BELOW * wavelengths as f32);
+        let w = &mut self.weights;
+        let survival = w.total / (ROULETTE_BELOW * wavelengths as f32);
         if survival >= 1.0 {
             return true;
         }
         if rng.uniform() as f32 >= survival {
             return false;
         }
-        lanes::scale(&mut self.weight, 1.0 / survival);
-        self.total /= survival;
+        lanes::scale(&mut w.weight, 1.0 / survival);
+        w.total /= survival;
         true
     }
 }
