@@ -4,7 +4,7 @@
 use celaje::math::Vec3;
 use celaje::medium::LayeredMedium;
 use celaje::optics::Phase;
-use celaje::transport::{Scene, SunLight, Tracker};
+use celaje::transport::{Path, Scene, SunLight};
 use celaje_harness::{estimate, seed_from_name};
 
 use crate::support::{batches, csv_rows, value, Job};
@@ -31,7 +31,7 @@ fn spherical_single_scattering() {
             spp: 1 << 15,
             max_order: Some(1),
         };
-        let films = batches(&Tracker, &scene, 6_471_000.0, &[look], job);
+        let films = batches(&Path, &scene, 6_471_000.0, &[look], job);
         let ours = estimate(&value(&films, 0, 0));
         println!("sza {sza} vza {vza} azimuth {azimuth}: {:.5} ± {:.5} published {published} ratio {:.4}", ours.mean, ours.standard_error, ours.mean / published);
     }

@@ -6,7 +6,7 @@
 use celaje::math::Vec3;
 use celaje::medium::LayeredMedium;
 use celaje::optics::Phase;
-use celaje::transport::{Scene, SunLight, Tracker};
+use celaje::transport::{Path, Scene, SunLight};
 use celaje_harness::{estimate, seed_from_name};
 
 use crate::support::{batches, csv_rows, value, Job};
@@ -87,7 +87,7 @@ fn compare(method: &str, spp: u32, max_order: Option<u32>) -> Vec<(Cell, f64, f6
         spp,
         max_order,
     };
-    let films = batches(&Tracker, &scene, PLANET_RADIUS_M, &looks, job);
+    let films = batches(&Path, &scene, PLANET_RADIUS_M, &looks, job);
     cells
         .into_iter()
         .map(|c| {

@@ -12,7 +12,9 @@ use crate::medium::{from_atmosphere, grid_with_edges, LayeredMedium, Medium};
 use crate::optics::{aerosol_optics, AerosolOptics};
 use crate::sensor::Sensor;
 use crate::spectrum::{SolarSpectrum, WavelengthGrid};
-use crate::transport::{Budget, Classic, Control, Integrator, Observer, Scene, SunLight, Tracker};
+use crate::transport::{
+    Budget, Classic, Control, Integrator, Observer, Path, Scene, SunLight, Tracker,
+};
 
 /// Radius of sea level \[m\]; the atmosphere ends 100 km above it.
 pub const PLANET_RADIUS_M: f64 = 6_360_000.0;
@@ -247,7 +249,8 @@ impl Sky {
             progress,
         };
         let integrator: &dyn Integrator<LayeredMedium> = match options.method {
-            Method::Path | Method::Tracker => &Tracker,
+            Method::Path => &Path,
+            Method::Tracker => &Tracker,
             Method::Classic => &Classic,
         };
         integrator.render(&scene, &observer, sensor, &control)

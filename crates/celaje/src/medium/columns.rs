@@ -40,6 +40,8 @@ pub(crate) struct Columns {
     density: Vec<f32>,
     /// `s_k` at the wavelengths, shape (k, lanes).
     spectra: Vec<f32>,
+    /// The same with shape (lanes, k).
+    by_lane: Vec<f32>,
     /// `C_k` to the top, shape (node, COSINES, k), uniform in the distance to the top.
     table: Vec<f32>,
 }
@@ -70,6 +72,9 @@ impl Columns {
             shortest_m,
             inverse_stretch,
             density,
+            by_lane: (0..lanes * count)
+                .map(|i| spectra[i % count * lanes + i / count])
+                .collect(),
             spectra,
             table: Vec::new(),
         };
@@ -160,18 +165,17 @@ impl Columns {
         }
     }
 
-    /// `c_k` at a radius: the columns per metre.
+    /// Extinction coefficient at a radius and one wavelength \[m⁻¹\].
     #[inline(always)]
-    pub(crate) fn density_at(&self, r: f64, out: &mut [f32]) {
-        let out = &mut out[..self.count];
+    pub(crate) fn extinction_at(&self, r: f64, lane: usize) -> f64 {
+        let n = self.count;
         let i = interp::interval(&self.radius_m, r);
         let f = ((r - self.radius_m[i]) / (self.radius_m[i + 1] - self.radius_m[i])).clamp(0.0, 1.0)
             as f32;
-        let a = &self.density[i * self.count..(i + 1) * self.count];
-        let b = &self.density[(i + 1) * self.count..(i + 2) * self.count];
-        for k in 0..out.len() {
-            out[k] = a[k] + f * (b[k] - a[k]);
-        }
+        let (a, b) = self.density[i * n..(i + 2) * n].split_at(n);
+        let spectrum = &self.by_lane[lane * n..(lane + 1) * n];
+        let terms = a.iter().zip(b).zip(spectrum);
+        f64::from(terms.map(|((a, b), s)| (a + f * (b - a)) * s).sum::<f32>())
     }
 
     /// Optical depth of columns at every wavelength.
@@ -191,10 +195,11 @@ impl Columns {
     /// Optical depth of columns at one wavelength.
     #[inline(always)]
     pub(crate) fn optical_depth_at(&self, columns: &[f32], lane: usize) -> f64 {
-        let s = self.spectra[lane..].iter().step_by(self.lanes);
-        columns[..self.count]
+        let n = self.count;
+        let spectrum = &self.by_lane[lane * n..(lane + 1) * n];
+        columns[..n]
             .iter()
-            .zip(s)
+            .zip(spectrum)
             .map(|(&c, &s)| f64::from(c * s))
             .sum()
     }
@@ -301,6 +306,12 @@ impl RayGeometry {
         }
     }
 
+    /// Distance to the point nearest the planet's centre \[m\]; negative when it lies behind.
+    #[inline(always)]
+    pub(crate) fn tangent_m(&self) -> f64 {
+        self.tangent_m
+    }
+
     /// Radius and cosine of the zenith angle at a distance.
     #[inline(always)]
     pub(crate) fn at(&self, distance_m: f64) -> (f64, f64) {
@@ -340,6 +351,19 @@ impl<'a> RayColumns<'a> {
             start,
             tangent,
         }
+    }
+
+    /// Whether the ray leads away from the planet from its start.
+    #[inline(always)]
+    pub(crate) fn rises(&self) -> bool {
+        self.geometry.tangent_m <= 0.0
+    }
+
+    /// Extinction coefficient at a distance and one wavelength \[m⁻¹\].
+    #[inline(always)]
+    pub(crate) fn extinction(&self, distance_m: f64, lane: usize) -> f64 {
+        let (r, _) = self.geometry.at(distance_m);
+        self.columns.extinction_at(r, lane)
     }
 
     /// Columns from the start to a distance.
@@ -498,12 +522,17 @@ mod tests {
         for z in [
             0.0, 1_500.0, 1_990.0, 13_000.0, 25_000.0, 60_000.0, 99_000.0,
         ] {
-            columns.density_at(6_360_000.0 + z, &mut c);
-            columns.optical_depth(&c, &mut sum);
             m.extinction(Vec3::new(0.0, 0.0, 6_360_000.0 + z), &mut row);
             let largest = row.iter().copied().fold(0.0, f32::max);
-            for (a, b) in sum.iter().zip(&row) {
-                assert!((a - b).abs() < 1e-5 * largest, "{z} m: {a} against {b}");
+            for lane in 0..20 {
+                let (a, b) = (
+                    columns.extinction_at(6_360_000.0 + z, lane),
+                    f64::from(row[lane]),
+                );
+                assert!(
+                    (a - b).abs() < 1e-5 * f64::from(largest),
+                    "{z} m: {a} against {b}"
+                );
             }
         }
         assert_eq!(lanes::padded(20), m.lanes());

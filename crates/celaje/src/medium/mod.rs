@@ -10,7 +10,7 @@ mod layered;
 mod ray;
 
 pub use atmosphere::{from_atmosphere, grid_with_edges};
-pub(crate) use columns::{Columns, RayColumns};
+pub(crate) use columns::{Columns, RayColumns, RayGeometry};
 pub use layered::LayeredMedium;
 pub use ray::{Ray, Span};
 

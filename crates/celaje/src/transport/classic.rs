@@ -25,7 +25,6 @@ impl<M: Medium> Integrator<M> for Classic {
         sensor: &dyn Sensor,
         control: &Control<'_>,
     ) -> Result<Film> {
-        let w = scene.medium.wavelength_nm().len();
         let max_order = control.budget.max_order;
         let w = scene.medium.wavelength_nm().len();
         monte_carlo(

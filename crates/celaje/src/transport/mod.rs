@@ -1,9 +1,14 @@
-//! Solving the radiative transfer equation: two unbiased integrators behind one trait, on one scene, sensor and film.
+//! Solving the radiative transfer equation: unbiased integrators behind one trait, on one scene, sensor and film.
 //!
-//! [`Tracker`] carries all wavelengths on one path; [`Classic`] is the textbook form, one wavelength at a time, slow and
-//! clear: the oracle and the yardstick of the rest.
+//! | integrator | medium | how |
+//! |---|---|---|
+//! | [`Path`] | concentric shells | the reference: every collision forced, transmittances from tables of columns |
+//! | [`Tracker`] | any | plain delta and ratio tracking, all wavelengths on one path: the oracle of [`Path`] |
+//! | [`Classic`] | any | textbook, one wavelength at a time: the oracle of both, and the yardstick of the benchmarks |
 
 mod classic;
+mod first_order;
+mod path;
 mod render;
 mod scene;
 mod tracker;
@@ -11,6 +16,7 @@ mod tracking;
 mod weights;
 
 pub use classic::Classic;
+pub use path::Path;
 pub use render::{Budget, Control, Observer};
 pub use scene::{Scene, SunLight};
 pub use tracker::Tracker;

@@ -1,0 +1,430 @@
+//! Light scattered not at all or once: a line integral along the first ray, by stratified quadrature.
+
+use super::path::Rows;
+use super::scene::Scene;
+use crate::math::{lanes, Sampler, Vec3};
+use crate::medium::{Columns, LayeredMedium, Medium, Ray, RayColumns, RayGeometry};
+
+/// Points of the line integral that every path adds. A pixel's paths stratify them further, by their common Sobol sequence.
+const POINTS: usize = 4;
+
+/// Cells of the first look along a pixel's ray.
+const CELLS: usize = 32;
+
+/// Share of the points that ignore the first look, so that nothing it missed is lost.
+const BLIND: f32 = 0.15;
+
+/// Least guess of a wavelength's radiance over its sunlight, relative to the brightest one.
+const FLOOR: f32 = 0.02;
+
+/// Single scattering of a pixel: a first look that says where along the ray light comes from, and estimates after it.
+pub(super) struct FirstOrder {
+    /// First guess of the pixel's spectrum, positive, one row (1 in the padding).
+    pub guess: Vec<f32>,
+    /// Distribution over the cells, shape (CELLS + 1,).
+    cdf: Vec<f32>,
+    /// The integrand in each cell, shape (CELLS, lanes).
+    cells: Vec<f32>,
+    phase: Vec<f32>,
+    sigma_s: Vec<f32>,
+    light: Vec<f32>,
+    limb: Vec<f32>,
+    wavelengths: usize,
+}
+
+/// How a stretch of ray is walked: `x` in [0, 1] to distance, crowding where the air is densest.
+#[derive(Debug, Clone, Copy)]
+enum Walk {
+    /// Away from the ground: crowds at the start.
+    Rising,
+    /// Onto the ground: crowds at both ends.
+    Falling,
+    /// Past a lowest point, at this share of the length: crowds about it.
+    Grazing(f64),
+}
+
+impl Walk {
+    fn new(tangent_m: f64, length_m: f64, meets_ground: bool) -> Self {
+        if meets_ground {
+            Self::Falling
+        } else if tangent_m > 0.0 {
+            Self::Grazing((tangent_m / length_m).min(1.0))
+        } else {
+            Self::Rising
+        }
+    }
+
+    /// Share of the length, and its derivative.
+    #[inline(always)]
+    fn at(self, x: f64) -> (f64, f64) {
+        match self {
+            Self::Rising => (x * x * x, 3.0 * x * x),
+            Self::Falling => (x * x * (3.0 - 2.0 * x), 6.0 * x * (1.0 - x)),
+            Self::Grazing(low) => {
+                let y = 2.0 * x - 1.0;
+                let side = if y < 0.0 { low } else { 1.0 - low };
+                (low + side * y * y * y, 6.0 * side * y * y)
+            }
+        }
+    }
+}
+
+/// A ray cut to the air, and what is needed to integrate along it.
+struct Stretch {
+    ray: Ray,
+    length_m: f64,
+    meets_ground: bool,
+    walk: Walk,
+}
+
+impl Stretch {
+    #[inline(always)]
+    fn new(medium: &LayeredMedium, ray: &Ray) -> Option<Self> {
+        let (span, meets_ground) =
+            ray.through_air(medium.ground_radius_m(), medium.top_radius_m())?;
+        let inside = Ray {
+            origin: ray.at(span.start_m),
+            direction: ray.direction,
+        };
+        let length_m = span.end_m - span.start_m;
+        let walk = Walk::new(inside.distance_to_tangent_m(), length_m, meets_ground);
+        Some(Self {
+            ray: inside,
+            length_m,
+            meets_ground,
+            walk,
+        })
+    }
+}
+
+impl FirstOrder {
+    pub fn new(medium: &LayeredMedium) -> Self {
+        let lanes = medium.lanes();
+        Self {
+            guess: vec![1.0; lanes],
+            cdf: vec![0.0; CELLS + 1],
+            cells: vec![0.0; CELLS * lanes],
+            phase: vec![0.0; lanes * medium.phases().len()],
+            sigma_s: vec![0.0; lanes],
+            light: vec![0.0; lanes],
+            limb: vec![0.0; lanes],
+            wavelengths: medium.wavelength_nm().len(),
+        }
+    }
+
+    /// The first look along a pixel's central ray: fills the guess and the distribution.
+    #[inline(always)]
+    pub fn prepare(
+        &mut self,
+        scene: &Scene<'_, LayeredMedium>,
+        columns: &Columns,
+        rows: &mut Rows,
+        centre: Option<&Ray>,
+    ) {
+        let w = self.wavelengths;
+        self.guess.fill(0.0);
+        self.cells.fill(0.0);
+        let towards = scene.sun.direction;
+        if let Some(stretch) = centre.and_then(|ray| Stretch::new(scene.medium, ray)) {
+            self.limb.copy_from_slice(&scene.sun.irradiance);
+            self.evaluate_phases(scene, stretch.ray.direction.dot(towards));
+            let n = self.light.len();
+            for cell in 0..CELLS {
+                let x = (cell as f64 + 0.5) / CELLS as f64;
+                let (share, derivative) = stretch.walk.at(x);
+                let factor = derivative * stretch.length_m / CELLS as f64;
+                self.light.fill(0.0);
+                self.scattered_at(
+                    scene,
+                    columns,
+                    rows,
+                    &stretch,
+                    share * stretch.length_m,
+                    towards,
+                );
+                for ((c, g), &l) in self.cells[cell * n..(cell + 1) * n]
+                    .iter_mut()
+                    .zip(&mut self.guess)
+                    .zip(&self.light)
+                {
+                    *c = l * factor as f32;
+                    *g += *c;
+                }
+            }
+            if stretch.meets_ground {
+                self.light.fill(0.0);
+                self.ground(scene, columns, rows, &stretch, towards);
+                for (g, &l) in self.guess.iter_mut().zip(&self.light) {
+                    *g += l;
+                }
+            }
+        }
+        // A floor relative to the sunlight, so that one dark wavelength does not draw all attention.
+        let sunlight = &scene.sun.irradiance;
+        let brightest = (0..w)
+            .filter(|&i| sunlight[i] > 0.0)
+            .map(|i| self.guess[i] / sunlight[i])
+            .fold(0.0, f32::max);
+        for (i, g) in self.guess.iter_mut().enumerate() {
+            *g = if brightest > 0.0 {
+                g.max(FLOOR * brightest * sunlight[i])
+            } else {
+                sunlight[i]
+            };
+            if !(*g > 0.0 && g.is_finite()) {
+                *g = 1.0;
+            }
+        }
+        self.distribute();
+    }
+
+    /// The distribution over cells, from each cell's share of every wavelength's guess.
+    #[inline(always)]
+    fn distribute(&mut self) {
+        let n = self.guess.len();
+        let mut mass = [0.0f32; CELLS];
+        for (mass, cell) in mass.iter_mut().zip(self.cells.chunks_exact(n)) {
+            for i in 0..self.wavelengths {
+                *mass += cell[i] / self.guess[i];
+            }
+        }
+        let total: f32 = mass.iter().sum();
+        let blind = if total > 0.0 { BLIND } else { 1.0 };
+        for (cell, mass) in mass.iter().enumerate() {
+            let informed = if total > 0.0 {
+                (1.0 - blind) * mass / total
+            } else {
+                0.0
+            };
+            self.cdf[cell + 1] = self.cdf[cell] + informed + blind / CELLS as f32;
+        }
+    }
+
+    /// Adds one estimate of the light scattered not at all and, if `parts.1`, once. `parts.0`: the sun's disc is seen.
+    #[inline(always)]
+    pub fn add(
+        &mut self,
+        scene: &Scene<'_, LayeredMedium>,
+        columns: &Columns,
+        rows: &mut Rows,
+        ray: &Ray,
+        parts: (bool, bool),
+        sampler: &mut Sampler,
+        out: &mut [f32],
+    ) {
+        let jitter = sampler.uniform();
+        let (towards, mu_squared) = scene.sun.sample(sampler.uniform(), sampler.uniform());
+        let Some(stretch) = Stretch::new(scene.medium, ray) else {
+            rows.transmittance.fill(1.0);
+            self.add_unscattered(scene, &rows.transmittance, ray.direction, parts.0, out);
+            return;
+        };
+        if !stretch.meets_ground {
+            view_columns(columns, rows, &stretch, stretch.length_m);
+            columns.optical_depth(&rows.columns, &mut rows.tau);
+            lanes::exp_neg(&rows.tau, &mut rows.transmittance);
+            self.add_unscattered(scene, &rows.transmittance, ray.direction, parts.0, out);
+        }
+        if !parts.1 {
+            return;
+        }
+        self.limb.copy_from_slice(&scene.sun.irradiance);
+        scene.sun.limb(mu_squared, &mut self.limb);
+        self.evaluate_phases(scene, stretch.ray.direction.dot(towards));
+        for point in 0..POINTS {
+            let u = (point as f64 + jitter) / POINTS as f64;
+            let (x, density) = self.draw(u as f32);
+            let (share, derivative) = stretch.walk.at(x);
+            let factor = (derivative * stretch.length_m / POINTS as f64) as f32 / density;
+            self.light.fill(0.0);
+            self.scattered_at(
+                scene,
+                columns,
+                rows,
+                &stretch,
+                share * stretch.length_m,
+                towards,
+            );
+            for (o, &l) in out.iter_mut().zip(&self.light) {
+                *o += factor * l;
+            }
+        }
+        if stretch.meets_ground {
+            self.light.fill(0.0);
+            self.ground(scene, columns, rows, &stretch, towards);
+            for (o, &l) in out.iter_mut().zip(&self.light) {
+                *o += l;
+            }
+        }
+    }
+
+    /// A place in [0, 1] from the distribution over cells, and its density.
+    #[inline(always)]
+    fn draw(&self, u: f32) -> (f64, f32) {
+        let target = u * self.cdf[CELLS];
+        let cell = self.cdf.partition_point(|&c| c <= target).clamp(1, CELLS) - 1;
+        let probability = self.cdf[cell + 1] - self.cdf[cell];
+        let within = ((target - self.cdf[cell]) / probability).clamp(0.0, 1.0);
+        let x = (cell as f64 + f64::from(within)) / CELLS as f64;
+        (x, probability * CELLS as f32 / self.cdf[CELLS])
+    }
+
+    /// `p` of every species at one scattering angle: it is the same all along a straight ray.
+    #[inline(always)]
+    fn evaluate_phases(&mut self, scene: &Scene<'_, LayeredMedium>, cos_theta: f64) {
+        let n = self.light.len();
+        for (row, phase) in self.phase.chunks_exact_mut(n).zip(scene.medium.phases()) {
+            phase.eval(cos_theta, row);
+        }
+    }
+
+    /// `light += T(view) Σ_k σ_s,k p_k T(sun) E` at a distance.
+    #[inline(always)]
+    fn scattered_at(
+        &mut self,
+        scene: &Scene<'_, LayeredMedium>,
+        columns: &Columns,
+        rows: &mut Rows,
+        stretch: &Stretch,
+        distance_m: f64,
+        towards: Vec3,
+    ) {
+        let medium = scene.medium;
+        let at = stretch.ray.at(distance_m);
+        if !sun_columns(
+            columns,
+            medium,
+            at,
+            towards,
+            &mut rows.sun_columns,
+            &mut rows.sun_scratch,
+        ) {
+            return;
+        }
+        view_columns(columns, rows, stretch, distance_m);
+        for (c, &s) in rows.columns.iter_mut().zip(&rows.sun_columns) {
+            *c += s;
+        }
+        columns.optical_depth(&rows.columns, &mut rows.tau);
+        lanes::exp_neg(&rows.tau, &mut rows.transmittance);
+        let n = self.light.len();
+        for (k, p) in self.phase.chunks_exact(n).enumerate() {
+            medium.species_scattering(k, at, &mut self.sigma_s);
+            for ((l, &s), &p) in self.light.iter_mut().zip(&self.sigma_s).zip(p) {
+                *l += s * p;
+            }
+        }
+        for ((l, &t), &e) in self
+            .light
+            .iter_mut()
+            .zip(&rows.transmittance)
+            .zip(&self.limb)
+        {
+            *l *= t * e;
+        }
+    }
+
+    /// `light += T(view) · albedo / π · cos · T(sun) E` where the ray meets the ground.
+    #[inline(always)]
+    fn ground(
+        &mut self,
+        scene: &Scene<'_, LayeredMedium>,
+        columns: &Columns,
+        rows: &mut Rows,
+        stretch: &Stretch,
+        towards: Vec3,
+    ) {
+        let at = stretch.ray.at(stretch.length_m);
+        let cosine = at.normalized().dot(towards);
+        if cosine <= 0.0
+            || !sun_columns(
+                columns,
+                scene.medium,
+                at,
+                towards,
+                &mut rows.sun_columns,
+                &mut rows.sun_scratch,
+            )
+        {
+            return;
+        }
+        view_columns(columns, rows, stretch, stretch.length_m);
+        for (c, &s) in rows.columns.iter_mut().zip(&rows.sun_columns) {
+            *c += s;
+        }
+        columns.optical_depth(&rows.columns, &mut rows.tau);
+        lanes::exp_neg(&rows.tau, &mut rows.transmittance);
+        let factor = (cosine / std::f64::consts::PI) as f32;
+        let lit = rows.transmittance.iter().zip(&self.limb).zip(&scene.albedo);
+        for (l, ((&t, &e), &a)) in self.light.iter_mut().zip(lit) {
+            *l += factor * t * e * a;
+        }
+    }
+
+    /// The universe and the sun's disc behind the air.
+    #[inline(always)]
+    fn add_unscattered(
+        &mut self,
+        scene: &Scene<'_, LayeredMedium>,
+        transmittance: &[f32],
+        direction: Vec3,
+        sun_disc: bool,
+        out: &mut [f32],
+    ) {
+        for ((o, &t), &b) in out.iter_mut().zip(transmittance).zip(&scene.background) {
+            *o += t * b;
+        }
+        if let (true, Some(mu_squared)) = (sun_disc, scene.sun.disc(direction)) {
+            self.light.copy_from_slice(&scene.sun.irradiance);
+            scene.sun.limb(mu_squared, &mut self.light);
+            let scale = (1.0 / scene.sun.solid_angle_sr()) as f32;
+            for ((o, &t), &l) in out.iter_mut().zip(transmittance).zip(&self.light) {
+                *o += t * l * scale;
+            }
+        }
+    }
+}
+
+/// `rows.columns` = columns from the start of a stretch to a distance.
+#[inline(always)]
+fn view_columns(columns: &Columns, rows: &mut Rows, stretch: &Stretch, distance_m: f64) {
+    let Rows {
+        columns: at,
+        start,
+        tangent,
+        ..
+    } = rows;
+    RayColumns::new(columns, &stretch.ray, start, tangent).to(distance_m, at);
+}
+
+/// Columns from a point to the top towards the sun; `false` where the planet stands before it.
+#[inline(always)]
+pub(super) fn sun_columns(
+    columns: &Columns,
+    medium: &LayeredMedium,
+    at: Vec3,
+    towards: Vec3,
+    out: &mut [f32],
+    scratch: &mut [f32],
+) -> bool {
+    let geometry = RayGeometry::new(&Ray {
+        origin: at,
+        direction: towards,
+    });
+    let (r, mu) = geometry.at(0.0);
+    if mu >= 0.0 {
+        columns.to_top(r, mu, out);
+        return true;
+    }
+    let (lowest, _) = geometry.at(geometry.tangent_m());
+    if lowest < medium.ground_radius_m() {
+        return false;
+    }
+    // Down to the lowest point and up again.
+    columns.to_top(lowest, 0.0, out);
+    columns.to_top(r, -mu, scratch);
+    for (o, &s) in out.iter_mut().zip(scratch.iter()) {
+        *o = 2.0 * *o - s;
+    }
+    true
+}
