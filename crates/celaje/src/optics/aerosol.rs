@@ -1,7 +1,9 @@
 //! Optics of an aerosol type: one set of cross sections and one phase function per layer.
 
 use super::angles::AngleGrid;
-use super::lognormal::{particle_optics, ParticleOptics, ScatteringMatrix};
+use super::lognormal::{
+    particle_optics, particle_optics_with, ParticleOptics, Quadrature, ScatteringMatrix,
+};
 use crate::composition::aerosol::{AerosolLayer, AerosolType, VerticalProfile};
 use crate::composition::opac;
 use crate::composition::particle::Particle;
@@ -202,23 +204,19 @@ pub fn aerosol_optics_on(
     let mut nm = wavelength.nm().to_vec();
     nm.push(550.0);
 
-    // A particle that occurs in several layers is computed once.
-    let mut particles: Vec<Particle> = Vec::new();
-    for component in aerosol.layers.iter().flat_map(|l| &l.components) {
-        let particle = component.source.particle(humidity_percent)?;
-        if !particles.contains(&particle) {
-            particles.push(particle);
-        }
-    }
+    let particles = distinct_particles(aerosol, humidity_percent)?;
     let jobs: Vec<(usize, f64)> = (0..particles.len())
         .flat_map(|p| nm.iter().map(move |&w| (p, w)))
         .collect();
     let computed = jobs
         .par_iter()
         .map(|&(p, wavelength_nm)| {
-            let at = particles[p].index.at(wavelength_nm)?;
-            let size = &particles[p].size;
-            let optics = particle_optics(size, at.n, at.k, wavelength_nm, angles)?;
+            let (particle, share) = &particles[p];
+            let at = particle.index.at(wavelength_nm)?;
+            let quadrature = Quadrature::for_share(*share);
+            let size = &particle.size;
+            let optics =
+                particle_optics_with(size, at.n, at.k, wavelength_nm, angles, &quadrature)?;
             Ok((optics, at.extrapolated))
         })
         .collect::<Result<Vec<(ParticleOptics, bool)>>>()?;
@@ -229,9 +227,10 @@ pub fn aerosol_optics_on(
         let mut parts = Vec::new();
         for component in &layer.components {
             let particle = component.source.particle(humidity_percent)?;
-            let p = particles.iter().position(|q| *q == particle).unwrap_or(0);
-            let optics = &computed[p * nm.len()..(p + 1) * nm.len()];
-            parts.push((component.number_density, optics));
+            if let Some(p) = particles.iter().position(|(q, _)| *q == particle) {
+                let optics = &computed[p * nm.len()..(p + 1) * nm.len()];
+                parts.push((component.number_density, optics));
+            }
         }
         layers.push(mix(layer, &parts, angles));
     }
@@ -246,6 +245,31 @@ pub fn aerosol_optics_on(
         optics.scale_to_aod_550(aod_550, 0.0)?;
     }
     Ok(optics)
+}
+
+/// The kinds of particles of all layers, each once, with its largest share of any layer's cross-sectional area.
+fn distinct_particles(
+    aerosol: &AerosolType,
+    humidity_percent: f64,
+) -> Result<Vec<(Particle, f64)>> {
+    let mut particles: Vec<(Particle, f64)> = Vec::new();
+    for layer in &aerosol.layers {
+        let mut areas = Vec::new();
+        for component in &layer.components {
+            let particle = component.source.particle(humidity_percent)?;
+            let area = component.number_density * particle.size.mean_square_radius_um2();
+            areas.push((particle, area));
+        }
+        let total: f64 = areas.iter().map(|(_, area)| area).sum();
+        for (particle, area) in areas {
+            let share = area / total;
+            match particles.iter_mut().find(|(p, _)| *p == particle) {
+                Some((_, largest)) => *largest = largest.max(share),
+                None => particles.push((particle, share)),
+            }
+        }
+    }
+    Ok(particles)
 }
 
 /// The mixture of a layer: number-weighted cross sections, scattering-weighted phase functions.

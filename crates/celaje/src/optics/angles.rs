@@ -82,7 +82,7 @@ impl AngleGrid {
 
 impl Default for AngleGrid {
     fn default() -> Self {
-        Self::graded(0.02, 0.04, 1.0)
+        Self::graded(0.004, 0.04, 0.8)
     }
 }
 
