@@ -102,7 +102,8 @@ impl VerticalProfile {
                 // Simpson's rule on either side of the taper's start, where the third derivative jumps.
                 let taper_m = tropopause_m - TAPER_M;
                 let from = altitude_m.min(tropopause_m);
-                self.simpson(from, from.max(taper_m)) + self.simpson(from.max(taper_m), tropopause_m)
+                self.simpson(from, from.max(taper_m))
+                    + self.simpson(from.max(taper_m), tropopause_m)
             }
         }
     }
@@ -439,7 +440,11 @@ mod tests {
                 for ground_m in [0.0, 1500.0, 4000.0] {
                     let step = 1.0;
                     let sum: f64 = (0..40_000)
-                        .map(|i| layer.profile.relative(ground_m + (f64::from(i) + 0.5) * step))
+                        .map(|i| {
+                            layer
+                                .profile
+                                .relative(ground_m + (f64::from(i) + 0.5) * step)
+                        })
                         .sum();
                     let column = layer.profile.column_above(ground_m);
                     let error = (sum * step / column.max(1.0) - column / column.max(1.0)).abs();

@@ -46,8 +46,7 @@ pub fn component(id: &str, humidity_percent: f64) -> Result<Particle> {
     let growth = |percent: f64| percent / (100.0 - percent);
     let t = (growth(humidity_percent) - growth(lower.humidity))
         / (growth(upper.humidity) - growth(lower.humidity));
-    let between =
-        |a: f64, b: f64| (a.powi(3) + t * (b.powi(3) - a.powi(3))).cbrt();
+    let between = |a: f64, b: f64| (a.powi(3) + t * (b.powi(3) - a.powi(3))).cbrt();
     let here = SizeClass {
         humidity: humidity_percent,
         r_mode_um: between(lower.r_mode_um, upper.r_mode_um),

@@ -33,8 +33,10 @@ pub struct LayerOptics {
     pub name: String,
     /// How number density falls off.
     pub profile: VerticalProfile,
-    /// Number density where the profile is 1 \[m⁻³\]; scaling by optical depth acts on it.
+    /// Number density where the profile is 1, as tabulated \[m⁻³\].
     pub number_density_ref: f64,
+    /// Factor on that density, set through [`AerosolOptics`] \[1\].
+    pub scale: f64,
     /// Whether optical depth sets the amount.
     pub scales_with_aod: bool,
     /// Mean extinction cross section \[m²\], per wavelength.
@@ -52,12 +54,13 @@ pub struct LayerOptics {
 impl LayerOptics {
     /// Particles per m³ at an altitude above sea level \[m\].
     pub fn number_density(&self, altitude_m: f64) -> f64 {
-        self.number_density_ref * self.profile.relative(altitude_m)
+        self.scale * self.number_density_ref * self.profile.relative(altitude_m)
     }
 
     /// Optical depth at 550 nm from an altitude \[m\] upwards.
     pub fn aod_550_above(&self, altitude_m: f64) -> f64 {
-        self.number_density_ref * self.profile.column_above(altitude_m) * self.xs_ext_550
+        let column = self.number_density_ref * self.profile.column_above(altitude_m);
+        self.scale * column * self.xs_ext_550
     }
 }
 
@@ -93,8 +96,9 @@ impl AerosolOptics {
     pub fn scale_to_aod_550(&mut self, aod_550: f64, ground_altitude_m: f64) -> Result<()> {
         check_range("aod_550", aod_550, "", 0.0..=100.0)?;
         check_range("ground altitude", ground_altitude_m, "m", -1000.0..=100e3)?;
-        let now = self.aod_550_above(ground_altitude_m);
-        if now <= 0.0 && aod_550 > 0.0 {
+        self.set_scale(1.0)?;
+        let tabulated = self.aod_550_above(ground_altitude_m);
+        if tabulated <= 0.0 && aod_550 > 0.0 {
             return Err(Error::invalid(
                 format!(
                     "no aerosol of type '{}' lies above {ground_altitude_m} m to be scaled to an optical depth",
@@ -103,20 +107,36 @@ impl AerosolOptics {
                 "set the optical depth to 0 or lower the ground",
             ));
         }
-        let factor = if now > 0.0 { aod_550 / now } else { 0.0 };
-        self.multiply(factor)
+        self.set_scale(if tabulated > 0.0 {
+            aod_550 / tabulated
+        } else {
+            0.0
+        })
     }
 
-    /// Multiplies the amount of tropospheric aerosol (a turbidity factor), 0 to 1e6.
+    /// Sets the amount of tropospheric aerosol as a multiple of the tabulated one, 0 to 1e9.
     ///
     /// # Errors
     /// [`Error::OutOfRange`].
-    pub fn multiply(&mut self, factor: f64) -> Result<()> {
-        check_range("aerosol factor", factor, "", 0.0..=1e6)?;
-        for layer in self.layers.iter_mut().filter(|l| l.scales_with_aod) {
-            layer.number_density_ref *= factor;
-        }
+    pub fn set_scale(&mut self, scale: f64) -> Result<()> {
+        check_range("aerosol scale", scale, "", 0.0..=1e9)?;
+        self.for_scaled(|layer| layer.scale = scale);
         Ok(())
+    }
+
+    /// Multiplies the amount of tropospheric aerosol by a turbidity factor, 0 to 1e3.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`].
+    pub fn multiply(&mut self, turbidity: f64) -> Result<()> {
+        check_range("turbidity", turbidity, "", 0.0..=1e3)?;
+        self.for_scaled(|layer| layer.scale *= turbidity);
+        Ok(())
+    }
+
+    fn for_scaled(&mut self, change: impl FnMut(&mut LayerOptics)) {
+        let scaled = self.layers.iter_mut().filter(|layer| layer.scales_with_aod);
+        scaled.for_each(change);
     }
 }
 
@@ -181,12 +201,7 @@ pub fn aerosol_optics(
     humidity_percent: f64,
     wavelength: &WavelengthGrid,
 ) -> Result<AerosolOptics> {
-    aerosol_optics_on(
-        aerosol,
-        humidity_percent,
-        wavelength,
-        &AngleGrid::default(),
-    )
+    aerosol_optics_on(aerosol, humidity_percent, wavelength, &AngleGrid::default())
 }
 
 /// [`aerosol_optics`] with matrices at chosen angles.
@@ -286,6 +301,7 @@ fn mix(
         name: layer.name.clone(),
         profile: layer.profile.clone(),
         number_density_ref: total,
+        scale: 1.0,
         scales_with_aod: layer.scales_with_aod,
         xs_ext: Vec::new(),
         xs_sca: Vec::new(),

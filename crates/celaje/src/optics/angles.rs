@@ -30,6 +30,11 @@ impl AngleGrid {
         Self::mirrored(&forward)
     }
 
+    /// Steps of 15°, for when only cross sections are wanted: far too coarse for a phase function.
+    pub fn coarse() -> Self {
+        Self::graded(15.0, 0.0, 15.0)
+    }
+
     /// The grid with an extra node in the middle of each interval: to measure what interpolation costs.
     pub fn refined(&self) -> Self {
         let half = &self.theta_deg[..self.theta_deg.len() / 2 + 1];
@@ -76,13 +81,16 @@ impl AngleGrid {
     /// Integral over the sphere of a function of `θ` given at the nodes, linear in `cos θ` between them.
     pub fn sphere_integral(&self, value: &[f64]) -> f64 {
         let panels = self.cos_theta.windows(2).zip(value.windows(2));
-        2.0 * PI * panels.map(|(mu, v)| (mu[0] - mu[1]) * 0.5 * (v[0] + v[1])).sum::<f64>()
+        2.0 * PI
+            * panels
+                .map(|(mu, v)| (mu[0] - mu[1]) * 0.5 * (v[0] + v[1]))
+                .sum::<f64>()
     }
 }
 
 impl Default for AngleGrid {
     fn default() -> Self {
-        Self::graded(0.004, 0.04, 0.8)
+        Self::graded(0.003, 0.04, 0.8)
     }
 }
 

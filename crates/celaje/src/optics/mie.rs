@@ -166,10 +166,7 @@ fn log_derivatives<const L: usize>(
 }
 
 /// Riccati–Bessel functions `ψ_0 … ψ_count` and `χ_0 … χ_count` of each lane's `x`.
-fn riccati_bessel<const L: usize>(
-    x: &[f64; L],
-    count: usize,
-) -> (Vec<[f64; L]>, Vec<[f64; L]>) {
+fn riccati_bessel<const L: usize>(x: &[f64; L], count: usize) -> (Vec<[f64; L]>, Vec<[f64; L]>) {
     let inv_x = x.map(|x| 1.0 / x);
     let sin = x.map(f64::sin);
     let cos = x.map(f64::cos);

@@ -89,13 +89,16 @@ pub(crate) fn amplitudes(terms: &Terms, cos_theta: &[f64]) -> (Vec<Complex>, Vec
         &mut Output::Parts(&mut parts),
     );
     let [s1, s2] = [0, 4].map(|first| {
-        let [even_re, even_im, odd_re, odd_im] = [0, 1, 2, 3].map(|p| &parts[first + p][..computed]);
+        let [even_re, even_im, odd_re, odd_im] =
+            [0, 1, 2, 3].map(|p| &parts[first + p][..computed]);
         let mut s: Vec<Complex> = (0..computed)
             .map(|i| Complex::new(even_re[i] + odd_re[i], even_im[i] + odd_im[i]))
             .collect();
-        s.extend((0..n - computed).rev().map(|i| {
-            Complex::new(even_re[i] - odd_re[i], even_im[i] - odd_im[i])
-        }));
+        s.extend(
+            (0..n - computed)
+                .rev()
+                .map(|i| Complex::new(even_re[i] - odd_re[i], even_im[i] - odd_im[i])),
+        );
         s
     });
     (s1, s2)
@@ -106,10 +109,7 @@ enum Output<'a> {
     /// Kept: even and odd parts of `S1`, then of `S2`, real and imaginary.
     Parts(&'a mut [Vec<f64>; 8]),
     /// Turned into matrix elements and added up.
-    Matrix {
-        weight: f64,
-        sum: &'a mut MatrixSum,
-    },
+    Matrix { weight: f64, sum: &'a mut MatrixSum },
 }
 
 /// Picks the block that fits the machine's registers.
@@ -187,10 +187,7 @@ fn matrix<const W: usize>(parts: &[[f64; W]; 8], sign: f64) -> [[f64; W]; 4] {
 
 /// Even and odd parts of `S1` and `S2` at a block of cosines: `[S1 even re, im, odd re, im, S2 even …]`.
 #[inline(always)]
-fn series<const W: usize, const FUSED: bool>(
-    terms: &[[Term; 2]],
-    mu: &[f64; W],
-) -> [[f64; W]; 8] {
+fn series<const W: usize, const FUSED: bool>(terms: &[[Term; 2]], mu: &[f64; W]) -> [[f64; W]; 8] {
     let mut s1_even = [[0.0; W]; 2];
     let mut s1_odd = [[0.0; W]; 2];
     let mut s2_even = [[0.0; W]; 2];
@@ -253,5 +250,61 @@ fn mul_add<const FUSED: bool>(a: f64, b: f64, c: f64) -> f64 {
         a.mul_add(b, c)
     } else {
         a * b + c
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Amplitudes by Bohren & Huffman's eqs. 4.47 and 4.74 as they stand, one angle and one term at a time.
+    fn plain(a: &[Complex], b: &[Complex], mu: f64) -> [Complex; 2] {
+        let (mut s1, mut s2) = (Complex::default(), Complex::default());
+        let (mut pi_before, mut pi) = (0.0, 1.0);
+        for (i, (&a_n, &b_n)) in a.iter().zip(b).enumerate() {
+            let n = (i + 1) as f64;
+            let tau = n * mu * pi - (n + 1.0) * pi_before;
+            let factor = (2.0 * n + 1.0) / (n * (n + 1.0));
+            s1 = s1 + (a_n * pi + b_n * tau) * factor;
+            s2 = s2 + (a_n * tau + b_n * pi) * factor;
+            let next = ((2.0 * n + 1.0) * mu * pi - (n + 1.0) * pi_before) / n;
+            (pi_before, pi) = (pi, next);
+        }
+        [s1, s2]
+    }
+
+    /// Every width of block, fused or not, must agree with the plain sum; an odd number of terms included.
+    #[test]
+    fn blocks_agree_with_the_plain_sum() {
+        let x = 30.0;
+        let sphere = crate::optics::mie(1.5, 0.01, x).unwrap();
+        let mu: [f64; 16] = std::array::from_fn(|i| 1.0 - i as f64 / 15.0);
+        for drop in [0, 1] {
+            let (a, b) = (&sphere.a[drop..], &sphere.b[drop..]);
+            let terms = Terms::new(a, b);
+            let four = |first: usize| std::array::from_fn(|i| mu[first + i]);
+            let check = |parts: &dyn Fn(usize) -> f64, mu: f64| {
+                for sign in [1.0, -1.0] {
+                    for (element, s) in plain(a, b, sign * mu).iter().enumerate() {
+                        let re = parts(4 * element) + sign * parts(4 * element + 2);
+                        let im = parts(4 * element + 1) + sign * parts(4 * element + 3);
+                        let error = (Complex::new(re, im) - *s).norm_sqr().sqrt();
+                        assert!(error < 1e-11 * x * x, "{mu} {error}");
+                    }
+                }
+            };
+            let wide = series::<16, true>(&terms.0, &mu);
+            for l in 0..16 {
+                check(&|part| wide[part][l], mu[l]);
+            }
+            for first in [0, 4, 8, 12] {
+                let fused = series::<4, true>(&terms.0, &four(first));
+                let separate = series::<4, false>(&terms.0, &four(first));
+                for l in 0..4 {
+                    check(&|part| fused[part][l], mu[first + l]);
+                    check(&|part| separate[part][l], mu[first + l]);
+                }
+            }
+        }
     }
 }
