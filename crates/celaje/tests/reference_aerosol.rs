@@ -235,6 +235,32 @@ fn size_quadrature_is_converged() {
     }
 }
 
+/// In a mixture, rare components are sampled more coarsely: the mixture must not notice. Maritime air has 3200 coarse salt
+/// particles per m³ among 1.5e9.
+#[test]
+fn rare_components_may_be_sampled_coarsely() {
+    let angles = AngleGrid::default();
+    for (name, nm) in [("opac:maritime-clean", 550.0), ("opac:desert", 420.0)] {
+        let aerosol = AerosolType::named(name, 45.0).unwrap();
+        let grid = WavelengthGrid::new(vec![nm]).unwrap();
+        let optics = aerosol_optics(&aerosol, 80.0, &grid).unwrap();
+        let mut f11 = vec![0.0; angles.theta_deg().len()];
+        for component in &aerosol.layers[0].components {
+            let particle = component.source.particle(80.0).unwrap();
+            let at = particle.index.at(nm).unwrap();
+            let one = particle_optics(&particle.size, at.n, at.k, nm, &angles).unwrap();
+            for (sum, f) in f11.iter_mut().zip(&one.matrix.f11) {
+                *sum += component.number_density * one.xs_sca * f;
+            }
+        }
+        let norm = angles.sphere_integral(&f11);
+        for (i, theta) in angles.theta_deg().iter().enumerate() {
+            let error = (optics.layers[0].matrix[0].f11[i] * norm / f11[i] - 1.0).abs();
+            assert!(error < 0.002, "{name} {theta}°: {error}");
+        }
+    }
+}
+
 /// Halfway between nodes, the function that is linear in `cos θ` misses the true one by less than 0.5 %.
 #[test]
 fn angle_grid_is_fine_enough() {
