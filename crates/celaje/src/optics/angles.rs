@@ -91,8 +91,9 @@ impl AngleGrid {
 impl Default for AngleGrid {
     /// 463 angles, 0.003° apart at the forward peak and 0.8° at the side.
     ///
-    /// Between them, interpolation errs by less than 0.5 % for every aerosol type at 380 nm and beyond. A rainbow of nothing but
-    /// coarse sea salt at 99 % humidity is the worst seen: 7 % at 138° and 380 nm.
+    /// Between them interpolation errs by at most 0.42 % (the desert's forward peak, at 0.14°) in the lowest layer of
+    /// all twenty aerosol types, at 380 and 600 nm and, for OPAC, 0, 80 and 99 % humidity. A rainbow of nothing but coarse
+    /// sea salt is the worst seen: 7 % at 138°, 99 % humidity and 380 nm.
     fn default() -> Self {
         Self::graded(0.003, 0.04, 0.8)
     }
