@@ -77,6 +77,15 @@ impl SizeDistribution {
         self.r_max_um
     }
 
+    /// Mean of `r²` \[µm²\], without regard to the bounds.
+    pub fn mean_square_radius_um2(&self) -> f64 {
+        let moment = |m: &LognormalMode| {
+            let width = m.sigma.ln();
+            m.number_fraction * (m.r_mode_um * (width * width).exp()).powi(2)
+        };
+        self.modes.iter().map(moment).sum()
+    }
+
     /// `dN/dln r` \[1\] at a radius within the bounds \[µm\]; the bounds themselves are the caller's business.
     pub fn per_ln_radius(&self, r_um: f64) -> f64 {
         let density = |m: &LognormalMode| {

@@ -1,7 +1,9 @@
 //! Optics of an aerosol type: one set of cross sections and one phase function per layer.
 
 use super::angles::AngleGrid;
-use super::lognormal::{particle_optics, ParticleOptics, ScatteringMatrix};
+use super::lognormal::{
+    particle_optics, particle_optics_with, ParticleOptics, Quadrature, ScatteringMatrix,
+};
 use crate::composition::aerosol::{AerosolLayer, AerosolType, VerticalProfile};
 use crate::composition::opac;
 use crate::composition::particle::Particle;
@@ -31,8 +33,10 @@ pub struct LayerOptics {
     pub name: String,
     /// How number density falls off.
     pub profile: VerticalProfile,
-    /// Number density where the profile is 1 \[m⁻³\]; scaling by optical depth acts on it.
+    /// Number density where the profile is 1, as tabulated \[m⁻³\].
     pub number_density_ref: f64,
+    /// Factor on that density, set through [`AerosolOptics`] \[1\].
+    pub scale: f64,
     /// Whether optical depth sets the amount.
     pub scales_with_aod: bool,
     /// Mean extinction cross section \[m²\], per wavelength.
@@ -50,12 +54,13 @@ pub struct LayerOptics {
 impl LayerOptics {
     /// Particles per m³ at an altitude above sea level \[m\].
     pub fn number_density(&self, altitude_m: f64) -> f64 {
-        self.number_density_ref * self.profile.relative(altitude_m)
+        self.scale * self.number_density_ref * self.profile.relative(altitude_m)
     }
 
     /// Optical depth at 550 nm from an altitude \[m\] upwards.
     pub fn aod_550_above(&self, altitude_m: f64) -> f64 {
-        self.number_density_ref * self.profile.column_above(altitude_m) * self.xs_ext_550
+        let column = self.number_density_ref * self.profile.column_above(altitude_m);
+        self.scale * column * self.xs_ext_550
     }
 }
 
@@ -91,8 +96,9 @@ impl AerosolOptics {
     pub fn scale_to_aod_550(&mut self, aod_550: f64, ground_altitude_m: f64) -> Result<()> {
         check_range("aod_550", aod_550, "", 0.0..=100.0)?;
         check_range("ground altitude", ground_altitude_m, "m", -1000.0..=100e3)?;
-        let now = self.aod_550_above(ground_altitude_m);
-        if now <= 0.0 && aod_550 > 0.0 {
+        self.set_scale(1.0)?;
+        let tabulated = self.aod_550_above(ground_altitude_m);
+        if tabulated <= 0.0 && aod_550 > 0.0 {
             return Err(Error::invalid(
                 format!(
                     "no aerosol of type '{}' lies above {ground_altitude_m} m to be scaled to an optical depth",
@@ -101,20 +107,36 @@ impl AerosolOptics {
                 "set the optical depth to 0 or lower the ground",
             ));
         }
-        let factor = if now > 0.0 { aod_550 / now } else { 0.0 };
-        self.multiply(factor)
+        self.set_scale(if tabulated > 0.0 {
+            aod_550 / tabulated
+        } else {
+            0.0
+        })
     }
 
-    /// Multiplies the amount of tropospheric aerosol (a turbidity factor), 0 to 1e6.
+    /// Sets the amount of tropospheric aerosol as a multiple of the tabulated one, 0 to 1e9.
     ///
     /// # Errors
     /// [`Error::OutOfRange`].
-    pub fn multiply(&mut self, factor: f64) -> Result<()> {
-        check_range("aerosol factor", factor, "", 0.0..=1e6)?;
-        for layer in self.layers.iter_mut().filter(|l| l.scales_with_aod) {
-            layer.number_density_ref *= factor;
-        }
+    pub fn set_scale(&mut self, scale: f64) -> Result<()> {
+        check_range("aerosol scale", scale, "", 0.0..=1e9)?;
+        self.for_scaled(|layer| layer.scale = scale);
         Ok(())
+    }
+
+    /// Multiplies the amount of tropospheric aerosol by a turbidity factor, 0 to 1e3.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`].
+    pub fn multiply(&mut self, turbidity: f64) -> Result<()> {
+        check_range("turbidity", turbidity, "", 0.0..=1e3)?;
+        self.for_scaled(|layer| layer.scale *= turbidity);
+        Ok(())
+    }
+
+    fn for_scaled(&mut self, change: impl FnMut(&mut LayerOptics)) {
+        let scaled = self.layers.iter_mut().filter(|layer| layer.scales_with_aod);
+        scaled.for_each(change);
     }
 }
 
@@ -197,23 +219,19 @@ pub fn aerosol_optics_on(
     let mut nm = wavelength.nm().to_vec();
     nm.push(550.0);
 
-    // A particle that occurs in several layers is computed once.
-    let mut particles: Vec<Particle> = Vec::new();
-    for component in aerosol.layers.iter().flat_map(|l| &l.components) {
-        let particle = component.source.particle(humidity_percent)?;
-        if !particles.contains(&particle) {
-            particles.push(particle);
-        }
-    }
+    let particles = distinct_particles(aerosol, humidity_percent)?;
     let jobs: Vec<(usize, f64)> = (0..particles.len())
         .flat_map(|p| nm.iter().map(move |&w| (p, w)))
         .collect();
     let computed = jobs
         .par_iter()
         .map(|&(p, wavelength_nm)| {
-            let at = particles[p].index.at(wavelength_nm)?;
-            let size = &particles[p].size;
-            let optics = particle_optics(size, at.n, at.k, wavelength_nm, angles)?;
+            let (particle, share) = &particles[p];
+            let at = particle.index.at(wavelength_nm)?;
+            let quadrature = Quadrature::for_share(*share);
+            let size = &particle.size;
+            let optics =
+                particle_optics_with(size, at.n, at.k, wavelength_nm, angles, &quadrature)?;
             Ok((optics, at.extrapolated))
         })
         .collect::<Result<Vec<(ParticleOptics, bool)>>>()?;
@@ -224,9 +242,10 @@ pub fn aerosol_optics_on(
         let mut parts = Vec::new();
         for component in &layer.components {
             let particle = component.source.particle(humidity_percent)?;
-            let p = particles.iter().position(|q| *q == particle).unwrap_or(0);
-            let optics = &computed[p * nm.len()..(p + 1) * nm.len()];
-            parts.push((component.number_density, optics));
+            if let Some(p) = particles.iter().position(|(q, _)| *q == particle) {
+                let optics = &computed[p * nm.len()..(p + 1) * nm.len()];
+                parts.push((component.number_density, optics));
+            }
         }
         layers.push(mix(layer, &parts, angles));
     }
@@ -243,6 +262,31 @@ pub fn aerosol_optics_on(
     Ok(optics)
 }
 
+/// The kinds of particles of all layers, each once, with its largest share of any layer's cross-sectional area.
+fn distinct_particles(
+    aerosol: &AerosolType,
+    humidity_percent: f64,
+) -> Result<Vec<(Particle, f64)>> {
+    let mut particles: Vec<(Particle, f64)> = Vec::new();
+    for layer in &aerosol.layers {
+        let mut areas = Vec::new();
+        for component in &layer.components {
+            let particle = component.source.particle(humidity_percent)?;
+            let area = component.number_density * particle.size.mean_square_radius_um2();
+            areas.push((particle, area));
+        }
+        let total: f64 = areas.iter().map(|(_, area)| area).sum();
+        for (particle, area) in areas {
+            let share = area / total;
+            match particles.iter_mut().find(|(p, _)| *p == particle) {
+                Some((_, largest)) => *largest = largest.max(share),
+                None => particles.push((particle, share)),
+            }
+        }
+    }
+    Ok(particles)
+}
+
 /// The mixture of a layer: number-weighted cross sections, scattering-weighted phase functions.
 ///
 /// `parts` holds, per component, its number density and its optics at every wavelength, 550 nm last.
@@ -257,6 +301,7 @@ fn mix(
         name: layer.name.clone(),
         profile: layer.profile.clone(),
         number_density_ref: total,
+        scale: 1.0,
         scales_with_aod: layer.scales_with_aod,
         xs_ext: Vec::new(),
         xs_sca: Vec::new(),

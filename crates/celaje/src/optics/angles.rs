@@ -30,6 +30,11 @@ impl AngleGrid {
         Self::mirrored(&forward)
     }
 
+    /// Steps of 15°, for when only cross sections are wanted: far too coarse for a phase function.
+    pub fn coarse() -> Self {
+        Self::graded(15.0, 0.0, 15.0)
+    }
+
     /// The grid with an extra node in the middle of each interval: to measure what interpolation costs.
     pub fn refined(&self) -> Self {
         let half = &self.theta_deg[..self.theta_deg.len() / 2 + 1];
@@ -84,8 +89,13 @@ impl AngleGrid {
 }
 
 impl Default for AngleGrid {
+    /// 463 angles, 0.003° apart at the forward peak and 0.8° at the side.
+    ///
+    /// Between them interpolation errs by at most 0.42 % (the desert's forward peak, at 0.14°) in the lowest layer of
+    /// all twenty aerosol types, at 380 and 600 nm and, for OPAC, 0, 80 and 99 % humidity. A rainbow of nothing but coarse
+    /// sea salt is the worst seen: 7 % at 138°, 99 % humidity and 380 nm.
     fn default() -> Self {
-        Self::graded(0.02, 0.04, 1.0)
+        Self::graded(0.003, 0.04, 0.8)
     }
 }
 

@@ -1,13 +1,19 @@
 //! Lorenz–Mie optics of a size distribution, by quadrature over its radii.
 //!
-//! The integrand oscillates in the size parameter `x` with a period near 1 (interference of rays through and around
-//! the sphere) and is otherwise smooth in `ln x`. So the nodes are equidistant in
+//! The trapezoidal rule in a variable `u(ln x)` whose slope, the density of nodes, follows the integrand:
 //!
-//! `u(x) = ln x / h + x / δ` ,
+//! `du/d ln x = 1/h + x/(δ + ηx) + C x^0.6 √(s/s_max) / (1 + 100 k x)`
 //!
-//! steps of `h` in `ln x` for small particles that turn into steps of `δ` in `x` for large ones, and the trapezoidal
-//! rule in `u` is used: for smooth integrands that fade at their ends it converges faster than any power of the step, and
-//! the cut of the distribution at its upper bound costs O(δ²) of the last step only.
+//! * `1/h`: everything is smooth in `ln x` for small particles;
+//! * `x/(δ + ηx)`: rays through and around the sphere interfere with a period near 1 in `x`; steps of `δ`, which grow in
+//!   the tail, where there is little to integrate and errors of many periods cancel;
+//! * the last term: spheres that absorb little have resonances far narrower than any step. Nodes then sample them at
+//!   random, with an error that falls as nodes crowd where the surface density of particles `s = r² dN/d ln r` is large. Absorption
+//!   broadens and drowns the resonances.
+//!
+//! The coefficients were chosen by comparing with 3 to 10 times as many nodes, over the components of OPAC and the AIAA
+//! distributions at 420, 550 and 700 nm: extinction within 5e-5; F11 within 0.4 % at every angle for coarse sea salt, 0.3 % for
+//! all others; F12/F11 within 0.003; asymmetry within 4e-5.
 
 use super::angles::AngleGrid;
 use super::mie::{check_index, spheres, MieSphere};
@@ -29,17 +35,37 @@ pub struct Quadrature {
     pub log_step: f64,
     /// Step in `x` of the largest.
     pub linear_step: f64,
+    /// Growth of that step with `x`: the tail of a distribution is sampled at `linear_step + growth · x`.
+    pub growth: f64,
+    /// Extra nodes per unit of `ln x` for the sharp resonances of spheres that absorb little.
+    pub ripple: f64,
     /// Share of the forward peak that the largest particles may have and still be left out.
     pub tail: f64,
 }
 
 impl Default for Quadrature {
-    /// Fine enough for 1e-4 in extinction and 0.5 % in every phase function of the library; the tests measure it.
+    /// Fine enough for 1e-4 in extinction and 0.5 % in every phase function of the library.
     fn default() -> Self {
         Self {
-            log_step: 0.06,
-            linear_step: 0.35,
+            log_step: 0.05,
+            linear_step: 0.3,
+            growth: 0.008,
+            ripple: 300.0,
             tail: 1e-4,
+        }
+    }
+}
+
+impl Quadrature {
+    /// The default for a component that has only a share \[0, 1\] of a mixture's cross-sectional area.
+    ///
+    /// Errors of rare components (OPAC's coarse sea salt has 1 % of the maritime air) count in proportion to their
+    /// share, yet those very particles would take most of the time.
+    pub fn for_share(share: f64) -> Self {
+        let full = Self::default();
+        Self {
+            ripple: full.ripple * (10.0 * share).min(1.0),
+            ..full
         }
     }
 }
@@ -110,9 +136,11 @@ pub fn particle_optics_with(
     check_range("wavelength", wavelength_nm, "nm", 100.0..=1e5)?;
     check_range("log step", quadrature.log_step, "", 1e-4..=1.0)?;
     check_range("linear step", quadrature.linear_step, "", 1e-4..=1.0)?;
+    check_range("step growth", quadrature.growth, "", 0.0..=1.0)?;
+    check_range("ripple density", quadrature.ripple, "", 0.0..=1e6)?;
     check_range("tail", quadrature.tail, "", 0.0..=0.1)?;
     let wavelength_um = wavelength_nm * 1e-3;
-    let nodes = nodes(size, 2.0 * PI / wavelength_um, quadrature);
+    let nodes = nodes(size, 2.0 * PI / wavelength_um, k, quadrature);
     let blocks: Vec<Sums> = nodes
         .par_chunks(BLOCK)
         .map(|block| Sums::over(block, n, k, angles))
@@ -132,34 +160,43 @@ struct Node {
 }
 
 /// Nodes and weights of the trapezoidal rule in `u`, smallest particles first.
-fn nodes(size: &SizeDistribution, x_per_um: f64, quadrature: &Quadrature) -> Vec<Node> {
-    let (h, delta) = (quadrature.log_step, quadrature.linear_step);
-    let u = |x: f64| x.ln() / h + x / delta;
-    let (x_min, x_max) = (size.r_min_um() * x_per_um, size.r_max_um() * x_per_um);
-    let (u_min, u_max) = (u(x_min), u(x_max));
-    let count = ((u_max - u_min).ceil() as usize).max(2);
-    let step = (u_max - u_min) / count as f64;
+fn nodes(size: &SizeDistribution, x_per_um: f64, k: f64, quadrature: &Quadrature) -> Vec<Node> {
+    const PANELS: usize = 400;
+    let q = quadrature;
+    let (t_min, t_max) = (
+        (size.r_min_um() * x_per_um).ln(),
+        (size.r_max_um() * x_per_um).ln(),
+    );
+    let surface = |t: f64| size.per_ln_radius(t.exp() / x_per_um) * (2.0 * t).exp();
+    let panel = (t_max - t_min) / PANELS as f64;
+    let middles = (0..PANELS).map(|i| t_min + (i as f64 + 0.5) * panel);
+    let peak = middles.clone().map(surface).fold(0.0, f64::max);
+    // Nodes per unit of ln x.
+    let density = |t: f64| {
+        let x = t.exp();
+        let resonances = x.powf(0.6) * (surface(t) / peak).sqrt() / (1.0 + 100.0 * k * x);
+        1.0 / q.log_step + x / (q.linear_step + q.growth * x) + q.ripple * resonances
+    };
+    let total = panel * middles.map(density).sum::<f64>();
+    let count = total.ceil().max(2.0) as usize;
+    let step = total / count as f64;
 
-    let mut x = x_min;
-    let mut nodes: Vec<Node> = (0..=count)
-        .map(|i| {
-            // Solve u(x) = target by Newton's method in ln x, from the node before.
-            let target = u_min + step * i as f64;
-            for _ in 0..30 {
-                let correction = (u(x) - target) / (1.0 / h + x / delta);
-                x *= (-correction).exp();
-                if correction.abs() < 1e-14 {
-                    break;
-                }
-            }
-            let end = if i == 0 || i == count { 0.5 } else { 1.0 };
-            let ln_x_per_u = 1.0 / (1.0 / h + x / delta);
-            Node {
-                x,
-                weight: end * step * ln_x_per_u * size.per_ln_radius(x / x_per_um),
-            }
-        })
-        .collect();
+    let mut t = t_min;
+    let mut nodes = Vec::with_capacity(count + 1);
+    for i in 0..=count {
+        let x = t.exp();
+        let end = if i == 0 || i == count { 0.5 } else { 1.0 };
+        nodes.push(Node {
+            x,
+            weight: end * step / density(t) * size.per_ln_radius(x / x_per_um),
+        });
+        // Next node: dt/du = 1/density by Runge and Kutta's fourth-order step.
+        let k1 = step / density(t);
+        let k2 = step / density(t + 0.5 * k1);
+        let k3 = step / density(t + 0.5 * k2);
+        let k4 = step / density(t + k3);
+        t += (k1 + 2.0 * k2 + 2.0 * k3 + k4) / 6.0;
+    }
 
     // Drop the largest particles, too few to matter: forward scattering goes as x⁶ below x = 1, as x⁴ above.
     let forward = |node: &Node| node.weight * node.x.powi(6) / (1.0 + node.x * node.x);

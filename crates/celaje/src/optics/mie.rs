@@ -101,7 +101,7 @@ pub(crate) fn spheres<const L: usize>(n: f64, k: f64, x: &[f64; L]) -> [MieSpher
     let count = x.map(series_length);
     let longest = count.iter().copied().max().unwrap_or(1);
     let d = log_derivatives(m, x, longest);
-    let (psi, chi) = riccati_bessel(x, longest);
+    let (psi, chi) = riccati_bessel(x, &count);
 
     let inv_m = Complex::new(1.0, 0.0) / m;
     std::array::from_fn(|l| {
@@ -165,24 +165,32 @@ fn log_derivatives<const L: usize>(
     d
 }
 
-/// Riccati–Bessel functions `ψ_0 … ψ_count` and `χ_0 … χ_count` of each lane's `x`.
-fn riccati_bessel<const L: usize>(x: &[f64; L], count: usize) -> (Vec<[f64; L]>, Vec<[f64; L]>) {
+/// Riccati–Bessel functions `ψ_0, ψ_1, …` and `χ_0, χ_1, …` of each lane's `x`; a lane's values are good up to its own
+/// `count`.
+fn riccati_bessel<const L: usize>(
+    x: &[f64; L],
+    count: &[usize; L],
+) -> (Vec<[f64; L]>, Vec<[f64; L]>) {
+    let longest = count.iter().copied().max().unwrap_or(1);
     let inv_x = x.map(|x| 1.0 / x);
     let sin = x.map(f64::sin);
     let cos = x.map(f64::cos);
 
-    // ψ by Miller's algorithm: any start above the turning point decays onto the regular solution.
-    let mut psi = vec![[0.0; L]; count + 1];
-    let start = count + 16 + (2.0 * (count as f64).cbrt()) as usize;
+    // ψ by Miller's algorithm: any start above the turning point decays onto the regular solution. Each lane starts at
+    // its own point, for ψ of a small x would overflow on the way down from that of a large one.
+    let starts = count.map(|n| n + 16 + (2.0 * (n as f64).cbrt()) as usize);
+    let first = starts.iter().copied().max().unwrap_or(1);
+    let mut psi = vec![[0.0; L]; longest + 1];
     let (mut above, mut here) = ([0.0; L], [1e-150; L]);
-    for i in (1..=start).rev() {
+    for i in (1..=first).rev() {
         let factor = (2 * i + 1) as f64;
         for l in 0..L {
+            let started = i <= starts[l];
             let below = factor * inv_x[l] * here[l] - above[l];
-            above[l] = here[l];
-            here[l] = below;
+            above[l] = if started { here[l] } else { 0.0 };
+            here[l] = if started { below } else { 1e-150 };
         }
-        if i <= count + 1 {
+        if i <= longest + 1 {
             psi[i - 1] = here;
         }
     }
@@ -200,10 +208,10 @@ fn riccati_bessel<const L: usize>(x: &[f64; L], count: usize) -> (Vec<[f64; L]>,
         }
     }
 
-    let mut chi = vec![[0.0; L]; count + 1];
+    let mut chi = vec![[0.0; L]; longest + 1];
     chi[0] = cos;
     chi[1] = std::array::from_fn(|l| cos[l] * inv_x[l] + sin[l]);
-    for i in 2..=count {
+    for i in 2..=longest {
         let factor = (2 * i - 1) as f64;
         chi[i] = std::array::from_fn(|l| factor * inv_x[l] * chi[i - 1][l] - chi[i - 2][l]);
     }
@@ -233,5 +241,25 @@ fn efficiencies(x: f64, lossless: bool, a: Vec<Complex>, b: Vec<Complex>) -> Mie
         asymmetry: 2.0 * asy / sca,
         a,
         b,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Spheres computed side by side must be those computed alone, however different their sizes.
+    #[test]
+    fn lanes_do_not_disturb_each_other() {
+        let x = [1e-3, 0.1, 1.0, 10.0, 100.0, 500.0, 1000.0, 3000.0];
+        for (n, k) in [(1.5, 0.0), (1.75, 0.44)] {
+            for (lane, &x) in spheres(n, k, &x).iter().zip(&x) {
+                let alone = mie(n, k, x).unwrap();
+                assert_eq!(lane.a.len(), alone.a.len());
+                assert!((lane.q_ext / alone.q_ext - 1.0).abs() < 1e-10, "{x}");
+                assert!((lane.q_sca / alone.q_sca - 1.0).abs() < 1e-10, "{x}");
+                assert!((lane.asymmetry - alone.asymmetry).abs() < 1e-10, "{x}");
+            }
+        }
     }
 }
