@@ -13,7 +13,8 @@ use rayon::prelude::*;
 
 use super::layered::LayeredMedium;
 use super::{Medium, Ray};
-use crate::math::interp;
+use crate::math::interp::Guide;
+use crate::math::lanes;
 
 /// Columns are handled in blocks of this many.
 const BLOCK: usize = 8;
@@ -31,6 +32,7 @@ pub(crate) struct Columns {
     count: usize,
     lanes: usize,
     radius_m: Vec<f64>,
+    guide: Guide,
     /// `R_top² − r²` at each node \[m²\].
     to_top_squared: Vec<f64>,
     /// Shortest way to the top from each node \[m\], and the inverse of how much longer the horizontal one is.
@@ -67,6 +69,7 @@ impl Columns {
         let mut columns = Self {
             count,
             lanes,
+            guide: medium.guide().clone(),
             radius_m,
             to_top_squared,
             shortest_m,
@@ -138,7 +141,7 @@ impl Columns {
     #[inline(always)]
     pub(crate) fn to_top(&self, r: f64, mu: f64, out: &mut [f32]) {
         let out = &mut out[..self.count];
-        let j = interp::interval(&self.radius_m, r) + 1;
+        let j = self.guide.interval(r) + 1;
         let (below, above) = (self.radius_m[j - 1], self.radius_m[j]);
         let s = r * mu;
         let s_node = (s * s + ((above - r) * (above + r)).max(0.0)).sqrt();
@@ -169,7 +172,7 @@ impl Columns {
     #[inline(always)]
     pub(crate) fn extinction_at(&self, r: f64, lane: usize) -> f64 {
         let n = self.count;
-        let i = interp::interval(&self.radius_m, r);
+        let i = self.guide.interval(r);
         let f = ((r - self.radius_m[i]) / (self.radius_m[i + 1] - self.radius_m[i])).clamp(0.0, 1.0)
             as f32;
         let (a, b) = self.density[i * n..(i + 2) * n].split_at(n);
@@ -181,14 +184,17 @@ impl Columns {
     /// Optical depth of columns at every wavelength.
     #[inline(always)]
     pub(crate) fn optical_depth(&self, columns: &[f32], tau: &mut [f32]) {
-        tau.fill(0.0);
-        for (k, &c) in columns[..self.count].iter().enumerate() {
-            if c != 0.0 {
-                let s = &self.spectra[k * self.lanes..(k + 1) * self.lanes];
-                for (t, &s) in tau.iter_mut().zip(s) {
-                    *t += c * s;
+        let columns = &columns[..self.count];
+        for (block, tau) in tau.chunks_exact_mut(lanes::BLOCK).enumerate() {
+            let mut sum = [0.0f32; lanes::BLOCK];
+            for (k, &c) in columns.iter().enumerate() {
+                let at = k * self.lanes + block * lanes::BLOCK;
+                let spectrum = &self.spectra[at..at + lanes::BLOCK];
+                for i in 0..lanes::BLOCK {
+                    sum[i] += c * spectrum[i];
                 }
             }
+            tau.copy_from_slice(&sum);
         }
     }
 
@@ -366,6 +372,20 @@ impl<'a> RayColumns<'a> {
         self.columns.extinction_at(r, lane)
     }
 
+    /// Columns from the start to where the ray leaves the air.
+    #[inline(always)]
+    pub(crate) fn to_space(&self, out: &mut [f32]) {
+        let n = self.columns.count;
+        let (start, out) = (&self.start[..n], &mut out[..n]);
+        if self.rises() {
+            out.copy_from_slice(start);
+        } else {
+            for k in 0..n {
+                out[k] = 2.0 * self.tangent[k] - start[k];
+            }
+        }
+    }
+
     /// Columns from the start to a distance.
     #[inline(always)]
     pub(crate) fn to(&self, distance_m: f64, out: &mut [f32]) {
@@ -393,7 +413,7 @@ impl<'a> RayColumns<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::{lanes, Rng, Vec3};
+    use crate::math::{Rng, Vec3};
     use crate::optics::Phase;
 
     /// Air, a temperature-dependent ozone layer and two aerosol layers with edges: the shapes that a real sky has.
@@ -514,11 +534,7 @@ mod tests {
     fn the_sum_of_columns_is_the_extinction() {
         let m = medium();
         let columns = Columns::new(&m);
-        let (mut c, mut sum, mut row) = (
-            vec![0.0; columns.count()],
-            vec![0.0; m.lanes()],
-            vec![0.0; m.lanes()],
-        );
+        let mut row = vec![0.0; m.lanes()];
         for z in [
             0.0, 1_500.0, 1_990.0, 13_000.0, 25_000.0, 60_000.0, 99_000.0,
         ] {

@@ -2,7 +2,8 @@
 
 use super::{Medium, Ray, Segment, Span};
 use crate::error::{check_range, Error, Result};
-use crate::math::{interp, lanes, Vec3};
+use crate::math::interp::{interval, Guide};
+use crate::math::{lanes, Vec3};
 use crate::optics::Phase;
 
 /// A spherical atmosphere of concentric shells.
@@ -15,6 +16,7 @@ pub struct LayeredMedium {
     lanes: usize,
     altitude_m: Vec<f64>,
     radius_m: Vec<f64>,
+    guide: Guide,
     /// Totals over species \[m⁻¹\], shape (node, lanes).
     sigma_t: Vec<f32>,
     sigma_s: Vec<f32>,
@@ -65,6 +67,7 @@ impl LayeredMedium {
                 radius_m: vec![radius_m[0], radius_m[radius_m.len() - 1]],
                 sigma: vec![0.0],
             },
+            guide: Guide::new(&radius_m),
             radius_m,
             sigma_t: rows.clone(),
             sigma_s: rows,
@@ -141,6 +144,11 @@ impl LayeredMedium {
         &self.radius_m
     }
 
+    /// Finds the shell of a radius.
+    pub(crate) fn guide(&self) -> &Guide {
+        &self.guide
+    }
+
     /// σ_t at the nodes \[m⁻¹\], shape (z, lanes).
     pub(crate) fn extinction_rows(&self) -> &[f32] {
         &self.sigma_t
@@ -150,7 +158,7 @@ impl LayeredMedium {
     #[inline(always)]
     fn locate(&self, at: Vec3) -> (usize, f32) {
         let r = at.length();
-        let i = interp::interval(&self.radius_m, r);
+        let i = self.guide.interval(r);
         let (below, above) = (self.radius_m[i], self.radius_m[i + 1]);
         (i, ((r - below) / (above - below)).clamp(0.0, 1.0) as f32)
     }
@@ -314,7 +322,7 @@ impl<'a> Shells<'a> {
             impact_squared: ray.impact_parameter_squared(),
             at_m: span.start_m,
             end_m: span.end_m,
-            shell: interp::interval(&majorant.radius_m, radius),
+            shell: interval(&majorant.radius_m, radius),
         }
     }
 }

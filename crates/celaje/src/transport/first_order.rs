@@ -220,7 +220,13 @@ impl FirstOrder {
             return;
         };
         if !stretch.meets_ground {
-            view_columns(columns, rows, &stretch, stretch.length_m);
+            let Rows {
+                columns: through,
+                start,
+                tangent,
+                ..
+            } = rows;
+            RayColumns::new(columns, &stretch.ray, start, tangent).to_space(through);
             columns.optical_depth(&rows.columns, &mut rows.tau);
             lanes::exp_neg(&rows.tau, &mut rows.transmittance);
             self.add_unscattered(scene, &rows.transmittance, ray.direction, parts.0, out);

@@ -219,7 +219,11 @@ impl<'a> Walker<'a> {
             ..
         } = &mut self.rows;
         let along = RayColumns::new(self.columns, &inside, start, tangent);
-        along.to(length_m, columns);
+        if meets_ground {
+            along.to(length_m, columns);
+        } else {
+            along.to_space(columns);
+        }
         self.columns.optical_depth(columns, tau);
         lanes::exp_neg(tau, transmittance);
         let weight = &mut self.weights.weight;
