@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use celaje::math::{Rng, Vec3};
 use celaje::medium::Medium;
 use celaje::sensor::Sensor;
-use celaje::transport::{Budget, Control, Integrator, Observer, Tracker};
+use celaje::transport::{Budget, Control, Integrator, Observer, Path};
 use celaje_harness::{assert_unbiased, seed_from_name, BATCHES};
 
 use crate::scenes::{hazy_air, under_sun, WAVELENGTH_NM};
@@ -72,8 +72,7 @@ fn what_comes_in_goes_somewhere() {
                     radius_m,
                     sun_disc: true,
                 };
-                Tracker
-                    .render(&scene, &observer, &meter, &control)
+                Path.render(&scene, &observer, &meter, &control)
                     .unwrap()
                     .radiance
             };

@@ -1,6 +1,6 @@
 //! Same seed, same bits, on any number of threads.
 
-use celaje::transport::{Classic, Integrator, Tracker};
+use celaje::transport::{Classic, Integrator, Path, Tracker};
 
 use crate::scenes::{hazy_air, look, under_sun, PLANET_RADIUS_M};
 use crate::support::{batches, Job};
@@ -18,7 +18,7 @@ fn bits_do_not_depend_on_threads() {
         spp: 64,
         max_order: None,
     };
-    let integrators: [&(dyn Integrator<_> + Sync); 2] = [&Tracker, &Classic];
+    let integrators: [&(dyn Integrator<_> + Sync); 3] = [&Path, &Tracker, &Classic];
     for integrator in integrators {
         let with_threads = |n: usize| {
             let pool = rayon::ThreadPoolBuilder::new()

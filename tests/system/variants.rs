@@ -1,75 +1,127 @@
 //! The integrators against each other, all orders.
 
-use celaje::transport::{Classic, Tracker};
+use celaje::medium::LayeredMedium;
+use celaje::transport::{Classic, Integrator, Path, Tracker};
 use celaje_harness::{assert_equal, estimate, seed_from_name, BATCHES};
 
 use crate::scenes::{hazy_air, look, under_sun, PLANET_RADIUS_M};
 use crate::support::{batches, value, Job};
 
-/// Rationale: [`Classic`] shares no code with [`Tracker`] but the medium and the rays. Expected: equal in thin and thick air,
-/// by day and in twilight, from the ground, the stratosphere and orbit. Power: standard errors below 1.5 % (printed; most
-/// are near 0.4 %), so a bias of 11 % at worst and 3 % typically is caught 99 % of the time; the accuracy target runs
-/// the same with more paths.
-#[test]
-fn tracker_equals_classic() {
-    let scenes = [
-        ("thin", 0.0, 50.0, 0.0),
-        ("thick", 1.0, 20.0, 0.0),
-        ("low sun", 0.2, 0.0, 0.0),
-        ("stratosphere", 0.2, 10.0, 20_000.0),
-        ("orbit", 0.2, 40.0, 400_000.0),
-    ];
+/// Name, aerosol optical depth, sun elevation and observer altitude.
+const SCENES: [(&str, f64, f64, f64); 6] = [
+    ("thin", 0.0, 50.0, 0.0),
+    ("thick", 1.0, 20.0, 0.0),
+    ("low sun", 0.2, 0.0, 0.0),
+    ("twilight", 0.2, -4.0, 0.0),
+    ("stratosphere", 0.2, 10.0, 20_000.0),
+    ("orbit", 0.2, 40.0, 400_000.0),
+];
+
+/// Renders every scene by two integrators and holds them against each other in every direction and wavelength.
+///
+/// `spp` — paths per batch of each; `budget` — largest relative standard error of the difference; `rarest` — values
+/// below this share of the direction's brightest wavelength are left out: too rare to be sampled.
+fn compare(
+    integrators: [(&str, &dyn Integrator<LayeredMedium>); 2],
+    scenes: &[(&str, f64, f64, f64)],
+    spp: [u32; 2],
+    budget: f64,
+    rarest: f64,
+) {
     let looks = [look(170.0, 40.0), look(60.0, 5.0), look(0.0, -25.0)];
-    for (name, aerosol_tau, sun_deg, altitude_m) in scenes {
+    for &(scene_name, aerosol_tau, sun_deg, altitude_m) in scenes {
         let medium = hazy_air(aerosol_tau, true);
         let scene = under_sun(&medium, sun_deg, 0.3, 0.27);
+        let from_space = altitude_m > 100_000.0;
         let seen: Vec<_> = looks
             .iter()
             .copied()
             .filter(|l| {
-                if altitude_m > 100_000.0 {
+                if from_space {
                     l.z < -0.4
                 } else {
                     altitude_m > 0.0 || l.z > 0.0
                 }
             })
             .collect();
-        let run = |path: bool, spp: u32| {
-            let seed = seed_from_name(&format!("variants {name} {path}"));
+        let [a, b] = [0, 1].map(|k| {
+            let (name, integrator) = integrators[k];
+            let seed = seed_from_name(&format!("variants {scene_name} {name}"));
             let job = Job {
                 seed,
                 batches: BATCHES,
-                spp,
+                spp: spp[k],
                 max_order: None,
             };
-            let radius_m = PLANET_RADIUS_M + altitude_m;
-            if path {
-                batches(&Tracker, &scene, radius_m, &seen, job)
-            } else {
-                batches(&Classic, &scene, radius_m, &seen, job)
-            }
-        };
-        let (ours, classic) = (run(true, 2048), run(false, 1024));
+            batches(integrator, &scene, PLANET_RADIUS_M + altitude_m, &seen, job)
+        });
         for direction in 0..seen.len() {
+            let brightest = (0..4)
+                .map(|lane| estimate(&value(&a, direction, lane)).mean)
+                .fold(0.0, f64::max);
             for lane in 0..4 {
-                let (a, b) = (
-                    value(&ours, direction, lane),
-                    value(&classic, direction, lane),
-                );
+                let (a, b) = (value(&a, direction, lane), value(&b, direction, lane));
                 let (ea, eb) = (estimate(&a), estimate(&b));
                 println!(
-                    "{name} {direction} {lane}: ratio {:.4} ± {:.4}",
+                    "{scene_name}, direction {direction}, lane {lane}: {} / {} = {:.4}, standard errors {:.4} {:.4}",
+                    integrators[0].0,
+                    integrators[1].0,
                     ea.mean / eb.mean,
-                    ea.standard_error.hypot(eb.standard_error) / eb.mean
+                    ea.standard_error / ea.mean,
+                    eb.standard_error / eb.mean
                 );
-                assert_equal(
-                    &format!("{name}, direction {direction}, lane {lane}"),
-                    &a,
-                    &b,
-                    0.02,
-                    44,
-                );
+                if ea.mean > rarest * brightest {
+                    let label = format!("{scene_name}, direction {direction}, lane {lane}");
+                    assert_equal(&label, &a, &b, budget, 64);
+                }
             }
         }
     }
+}
+
+/// Rationale: [`Classic`] shares nothing with [`Tracker`] but the medium and the rays. Expected: equal in thin air, with a low
+/// sun and from above. Power: standard errors below 3 % (printed; most are near 1 %), so a bias of 20 % at worst and 7 %
+/// typically is caught 99 % of the time: enough for a forgotten factor; [`accuracy`] looks closer.
+#[test]
+fn tracker_equals_classic() {
+    let scenes = [SCENES[0], SCENES[2], SCENES[4], SCENES[5]];
+    compare(
+        [("tracker", &Tracker), ("classic", &Classic)],
+        &scenes,
+        [4096, 2048],
+        0.03,
+        0.01,
+    );
+}
+
+/// Rationale: [`Path`] replaces every random decision of [`Tracker`] that a table can tell. Expected: equal everywhere, in a
+/// thick haze with a narrow forward peak and below the horizon too. Power: standard errors below 4 %, most near 0.7 %, all of
+/// them the tracker's.
+#[test]
+fn path_equals_tracker() {
+    let scenes = [SCENES[0], SCENES[1], SCENES[2], SCENES[4], SCENES[5]];
+    compare(
+        [("path", &Path), ("tracker", &Tracker)],
+        &scenes,
+        [512, 8192],
+        0.04,
+        0.01,
+    );
+}
+
+/// As [`path_equals_tracker`] on all six scenes, to a standard error of 0.3 % (2 % in twilight, whose light is too rare
+/// for plain tracking): a bias of 2.2 % is caught in any single value.
+#[test]
+#[ignore = "minutes of work: run by `make accuracy`"]
+fn accuracy() {
+    let integrators: [(&str, &dyn Integrator<_>); 2] = [("path", &Path), ("tracker", &Tracker)];
+    compare(
+        integrators,
+        &[SCENES[0], SCENES[2], SCENES[4], SCENES[5]],
+        [8192, 1 << 18],
+        0.003,
+        0.05,
+    );
+    compare(integrators, &[SCENES[1]], [1 << 14, 1 << 19], 0.01, 0.05);
+    compare(integrators, &[SCENES[3]], [1 << 16, 1 << 20], 0.03, 0.1);
 }

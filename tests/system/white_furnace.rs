@@ -2,7 +2,7 @@
 //! everywhere, in every direction.
 
 use celaje::medium::Medium;
-use celaje::transport::{Classic, Integrator, Scene, Tracker};
+use celaje::transport::{Classic, Integrator, Path, Scene, Tracker};
 use celaje_harness::{assert_unbiased, seed_from_name, BATCHES};
 
 use crate::scenes::{hazy_air, look, under_sun, PLANET_RADIUS_M};
@@ -27,8 +27,11 @@ fn radiance_is_uniform() {
         look(200.0, -0.8),
         look(300.0, -60.0),
     ];
-    let integrators: [(&str, &dyn Integrator<_>, u32); 2] =
-        [("tracker", &Tracker, 4096), ("classic", &Classic, 256)];
+    let integrators: [(&str, &dyn Integrator<_>, u32); 3] = [
+        ("path", &Path, 1024),
+        ("tracker", &Tracker, 4096),
+        ("classic", &Classic, 256),
+    ];
     for (name, integrator, spp) in integrators {
         for altitude_m in [1.0, 10_000.0, 120_000.0] {
             let test = format!("white furnace {name} {altitude_m}");

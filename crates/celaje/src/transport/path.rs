@@ -52,6 +52,12 @@ impl Integrator<LayeredMedium> for Path {
 /// Share of what the first collision could scatter, below which Russian roulette begins; the best of several measured.
 const ROULETTE_BELOW: f32 = 0.1;
 
+/// Share of the scattered directions that are drawn about the sun.
+const ABOUT_SUN: f64 = 0.2;
+
+/// Sine of the sun's elevation at a vertex above which directions are drawn about it.
+const SUN_IN_REACH: f64 = -0.02;
+
 /// A path that has scattered this often is let go on by roulette alone; it only guards against endless loops in a medium
 /// that absorbs nothing over a white ground.
 const MAX_VERTICES: u32 = 10_000;
@@ -312,7 +318,13 @@ impl<'a> Walker<'a> {
         if order > 1 {
             self.find_sun(at, Vertex::Air(inside.direction), sun);
         }
-        let direction = self.weights.scatter(medium, inside.direction, turn);
+        let towards_sun = self.scene.sun.direction;
+        let direction = if at.dot(towards_sun) > SUN_IN_REACH * at.length() {
+            self.weights
+                .scatter_with_sun(medium, inside.direction, towards_sun, ABOUT_SUN, turn)
+        } else {
+            self.weights.scatter(medium, inside.direction, turn)
+        };
         Some(Ray {
             origin: at,
             direction,

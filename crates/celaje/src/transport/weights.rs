@@ -71,22 +71,60 @@ impl Weights {
     /// `u` — three numbers uniform in [0, 1): who decides, the angle, the turn about the old direction.
     #[inline(always)]
     pub fn scatter<M: Medium>(&mut self, medium: &M, direction: Vec3, u: [f64; 3]) -> Vec3 {
+        let new = self.draw_about(medium, direction, u);
+        self.mix_phases(medium, direction.dot(new));
+        let density = lanes::sum(&self.light) / self.total;
+        self.leave(density);
+        new
+    }
+
+    /// As [`Weights::scatter`], but a share of the directions is drawn about the sun instead of the old direction.
+    ///
+    /// The next vertex sees the sun through its phase function, whose peak a path would rarely meet by itself: drawing
+    /// the direction from that peak first makes both vertices' peaks common. The density is that of the mixture, so the
+    /// estimate stays unbiased whatever the share.
+    #[inline(always)]
+    pub fn scatter_with_sun<M: Medium>(
+        &mut self,
+        medium: &M,
+        direction: Vec3,
+        towards_sun: Vec3,
+        share: f64,
+        u: [f64; 3],
+    ) -> Vec3 {
+        let about_sun = u[0] < share;
+        let (axis, u0) = if about_sun {
+            (towards_sun, u[0] / share)
+        } else {
+            (direction, (u[0] - share) / (1.0 - share))
+        };
+        let new = self.draw_about(medium, axis, [u0, u[1], u[2]]);
+        self.mix_phases(medium, towards_sun.dot(new));
+        let about_sun = lanes::sum(&self.light) / self.total;
+        self.mix_phases(medium, direction.dot(new));
+        let about_old = lanes::sum(&self.light) / self.total;
+        self.leave(share as f32 * about_sun + (1.0 - share as f32) * about_old);
+        new
+    }
+
+    /// A direction about an axis from the mean of all wavelengths' phase functions.
+    #[inline(always)]
+    fn draw_about<M: Medium>(&self, medium: &M, axis: Vec3, u: [f64; 3]) -> Vec3 {
         let n = self.weight.len();
         // One species and one wavelength, by what they carry; which ones is then forgotten.
         let chosen = lanes::pick(&self.split, u[0] as f32 * self.total);
         let cos_theta = medium.phases()[chosen / n].sample(chosen % n, u[1]);
-        self.mix_phases(medium, cos_theta);
-        let density = lanes::sum(&self.light);
+        axis.deflected(cos_theta, std::f64::consts::TAU * u[2])
+    }
+
+    /// Goes on with what `light` holds, divided by the density of the direction.
+    #[inline(always)]
+    fn leave(&mut self, density: f32) {
         // A density of zero (a hole in a table, met by rounding) ends the path.
-        let scale = if density > 0.0 {
-            self.total / density
-        } else {
-            0.0
-        };
-        self.total = if density > 0.0 { self.total } else { 0.0 };
+        let scale = if density > 0.0 { 1.0 / density } else { 0.0 };
         for (w, &l) in self.weight.iter_mut().zip(&self.light) {
             *w = l * scale;
         }
-        direction.deflected(cos_theta, std::f64::consts::TAU * u[2])
+        self.total = lanes::sum(&self.weight);
     }
 }
