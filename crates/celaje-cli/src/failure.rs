@@ -65,7 +65,7 @@ impl Failure {
     }
 
     /// The same told as a mistake in what was asked for.
-    pub fn as_usage(self) -> Self {
+    pub fn into_usage(self) -> Self {
         Self {
             exit: BAD_USAGE,
             ..self

@@ -129,8 +129,10 @@ fn usage_failure(error: &clap::Error) -> Failure {
 
 /// A panic is always a mistake of ours: it is told as one, wherever it happened.
 fn report_panic(info: &PanicHookInfo<'_>) {
-    let what = info
-        .payload_as_str()
+    let payload = info.payload();
+    let text = payload.downcast_ref::<&str>().copied();
+    let what = text
+        .or_else(|| payload.downcast_ref::<String>().map(String::as_str))
         .unwrap_or("something unexpected happened");
     let place = info.location().map_or_else(
         || "somewhere".to_owned(),

@@ -15,7 +15,8 @@ use celaje::{Error, Film, Sky, WavelengthGrid};
 use clap::{Args, ValueEnum};
 
 use crate::failure::Failure;
-use crate::progress::ProgressMode;
+use crate::interrupt;
+use crate::progress::{Progress, ProgressMode};
 
 /// Place and time, or the sun alone.
 #[derive(Debug, Clone, Args)]
@@ -299,6 +300,20 @@ impl Plan {
             &self.wavelength,
             self.solar,
         )?)
+    }
+
+    /// Looks at a sky, with progress, until it is done or the user has enough.
+    pub fn look(
+        &self,
+        sky: &Sky,
+        sensor: &dyn Sensor,
+        mode: ProgressMode,
+    ) -> Result<Film, Failure> {
+        let progress = Progress::start(mode);
+        let report = |done, total| progress.report(done, total);
+        Ok(interrupt::stoppable(|flag| {
+            sky.render(sensor, &self.options, flag, &report)
+        })?)
     }
 
     /// Does some work on as many threads as the user wants.

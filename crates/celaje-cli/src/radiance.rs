@@ -9,9 +9,7 @@ use celaje::Film;
 use clap::Args;
 
 use crate::failure::Failure;
-use crate::interrupt;
 use crate::options::{Air, Disc, MethodOptions, Plan, View, WhereWhen};
-use crate::progress::Progress;
 use crate::write_stdout;
 
 /// Spectral radiance in a list of directions, as CSV
@@ -78,14 +76,7 @@ pub fn run(args: &RadianceArgs) -> Result<(), Failure> {
     let sensor = Directions::new(&table.azimuth_deg, &table.elevation_deg)?;
     Film::check_size(table.lines.len(), 1, plan.wavelength.len())?;
 
-    let film = plan.on_threads(|| {
-        let sky = plan.sky()?;
-        let progress = Progress::start(args.method.progress);
-        let film = sky.render(&sensor, &plan.options, interrupt::flag(), &|done, total| {
-            progress.report(done, total);
-        })?;
-        Ok(film)
-    })?;
+    let film = plan.on_threads(|| plan.look(&plan.sky()?, &sensor, args.method.progress))?;
     write_stdout(&output(&table, &film))
 }
 

@@ -12,7 +12,6 @@ use crate::explain::night;
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::options::{Air, Colour, MethodOptions, Picture, Plan, View, WhereWhen};
-use crate::progress::Progress;
 
 /// Render the sky to .png, .exr, .hdr
 #[derive(Debug, Args)]
@@ -64,14 +63,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let start = Instant::now();
     plan.on_threads(|| {
         let sky = plan.sky()?;
-        let progress = Progress::start(args.method.progress);
-        let film = sky.render(
-            sensor.as_ref(),
-            &plan.options,
-            interrupt::flag(),
-            &|done, total| progress.report(done, total),
-        )?;
-        drop(progress);
+        let film = plan.look(&sky, sensor.as_ref(), args.method.progress)?;
         let rendered_s = start.elapsed().as_secs_f64();
         let metadata = metadata(&plan, &sky, sensor.as_ref());
         for path in &args.output {
@@ -92,7 +84,7 @@ fn check_outputs(paths: &[PathBuf]) -> Result<(), Failure> {
         ));
     }
     for (i, path) in paths.iter().enumerate() {
-        Format::of(path).map_err(|e| Failure::from(e).as_usage())?;
+        Format::of(path).map_err(|e| Failure::from(e).into_usage())?;
         if paths[..i].contains(path) {
             return Err(Failure::usage(
                 format!("{} is given twice", path.display()),

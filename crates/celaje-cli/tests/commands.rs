@@ -36,7 +36,7 @@ fn exr(path: &Path) -> Exr {
 
 fn attribute(image: &Exr, name: &str) -> String {
     let attributes = &image.layer_data.attributes.other;
-    let found = attributes.iter().find(|(key, _)| key.to_string() == name);
+    let found = attributes.iter().find(|(key, _)| **key == *name);
     format!("{:?}", found.unwrap_or_else(|| panic!("{name}")).1)
 }
 
