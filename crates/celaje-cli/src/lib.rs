@@ -1,4 +1,4 @@
-//! The command line of celaje: `celaje render`, `radiance`, `explain`, `list`.
+//! The command line of celaje: `celaje render`, `radiance`, `irradiance`, `explain`, `list`.
 //!
 //! [`run`] is the whole command; the program `celaje` and the Python package both call it. Data go to stdout and
 //! into files, everything else to stderr. Everything that a user can get wrong is checked before any work begins.
@@ -8,6 +8,7 @@
 mod explain;
 mod failure;
 mod interrupt;
+mod irradiance;
 mod list;
 mod options;
 mod progress;
@@ -42,6 +43,7 @@ Exit codes: 0 done, 1 failed, 2 bad usage, 130 interrupted.";
 enum Command {
     Render(render::RenderArgs),
     Radiance(radiance::RadianceArgs),
+    Irradiance(irradiance::IrradianceArgs),
     Explain(explain::ExplainArgs),
     List(list::ListArgs),
 }
@@ -84,6 +86,7 @@ fn dispatch(args: &[OsString]) -> Result<(), Failure> {
     match cli.command {
         Command::Render(args) => render::run(&args),
         Command::Radiance(args) => radiance::run(&args),
+        Command::Irradiance(args) => irradiance::run(&args),
         Command::Explain(args) => explain::run(&args),
         Command::List(args) => list::run(&args),
     }

@@ -6,6 +6,7 @@ use celaje::climate::{Albedo, Conditions, Overrides, OzoneClimate};
 use celaje::colour::{Exposure, Look, Observer, ToneCurve};
 use celaje::composition::aerosol::AerosolType;
 use celaje::error::check_range;
+use celaje::irradiance::Irradiance;
 use celaje::place::Site;
 use celaje::sensor::{Fisheye, LatLong, Perspective, Sensor, PROJECTIONS};
 use celaje::sky::{Method, RenderOptions, SunDisc};
@@ -313,6 +314,15 @@ impl Plan {
         let report = |done, total| progress.report(done, total);
         Ok(interrupt::stoppable(|flag| {
             sky.render(sensor, &self.options, flag, &report)
+        })?)
+    }
+
+    /// Measures irradiance, with progress, until it is done or the user has enough.
+    pub fn measure(&self, sky: &Sky, mode: ProgressMode) -> Result<Irradiance, Failure> {
+        let progress = Progress::start(mode);
+        let report = |done, total| progress.report(done, total);
+        Ok(interrupt::stoppable(|flag| {
+            sky.irradiance(&self.options, flag, &report)
         })?)
     }
 

@@ -276,6 +276,28 @@ fn radiance_adds_its_columns() {
     assert!(sun[0] > 1e3 * zenith[0]);
 }
 
+/// One line per wavelength, sums before them; at 1e6 m there is nothing but the sun: 1.9 W m⁻² nm⁻¹ near 550 nm.
+#[test]
+fn irradiance_is_a_table_with_sums() {
+    let folder = tempfile::tempdir().unwrap();
+    let args = ["irradiance", "--sun-elevation", "30", "--spp", "4"];
+    let space = ["--observer-altitude", "1e6", "--wavelengths", "540:560:10"];
+    let text = stdout(&run_well(folder.path(), &[&args[..], &space].concat()));
+    let data: Vec<&str> = text.lines().filter(|l| !l.starts_with('#')).collect();
+    assert_eq!(
+        data[0],
+        "wavelength_nm,direct_normal,direct,diffuse,global,se_direct_normal,se_direct,se_diffuse,se_global"
+    );
+    assert_eq!(data.len(), 4);
+    let row: Vec<f64> = data[2].split(',').map(|f| f.parse().unwrap()).collect();
+    assert_eq!(row[0], 550.0);
+    assert!((row[1] / 1.88 - 1.0).abs() < 0.02, "{row:?}");
+    assert!((row[2] / row[1] - 0.5).abs() < 1e-3 && row[3] == 0.0 && row[4] == row[2]);
+    let sums: Vec<&str> = text.lines().filter(|l| l.starts_with("# ")).collect();
+    assert_eq!(sums.len(), 4);
+    assert!(sums[1].starts_with("# W m-2,5.6"), "{}", sums[1]);
+}
+
 #[test]
 fn lists_have_a_meaning_on_every_line() {
     let folder = tempfile::tempdir().unwrap();
