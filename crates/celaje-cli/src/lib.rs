@@ -37,6 +37,7 @@ const AFTER_HELP: &str = "\
 Example:
   celaje render --at 41.65,-0.88 --time 2026-06-21T18:30Z -o sky.png -o sky.exr
 
+Where a default is 'climate', celaje finds a value for place and time: 'celaje explain' shows it, and why.
 Exit codes: 0 done, 1 failed, 2 bad usage, 130 interrupted.";
 
 #[derive(Debug, Subcommand)]
@@ -132,6 +133,10 @@ fn usage_failure(error: &clap::Error) -> Failure {
 
 /// A panic is always a mistake of ours: it is told as one, wherever it happened.
 fn report_panic(info: &PanicHookInfo<'_>) {
+    own_mistake(info).report();
+}
+
+fn own_mistake(info: &PanicHookInfo<'_>) -> Failure {
     let payload = info.payload();
     let text = payload.downcast_ref::<&str>().copied();
     let what = text
@@ -141,7 +146,7 @@ fn report_panic(info: &PanicHookInfo<'_>) {
         || "somewhere".to_owned(),
         |l| format!("{}:{}", l.file(), l.line()),
     );
-    Failure::own_mistake(format!("{what} at {place}")).report();
+    Failure::own_mistake(format!("{what} at {place}"))
 }
 
 /// Writes data. A reader who has seen enough, such as `head`, is no error.
@@ -163,6 +168,28 @@ mod tests {
     #[test]
     fn the_options_are_consistent() {
         Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn a_panic_is_told_as_a_mistake_of_ours() {
+        let (send, receive) = std::sync::mpsc::channel();
+        let hook = panic::take_hook();
+        panic::set_hook(Box::new(move |info| {
+            let _ = send.send(format!("{:?}", own_mistake(info)));
+        }));
+        let outcome = panic::catch_unwind(|| panic!("seven is {}", 8));
+        panic::set_hook(hook);
+        assert!(outcome.is_err());
+        let told = receive.recv().unwrap();
+        for part in [
+            "seven is 8 at ",
+            "lib.rs:",
+            "itself",
+            "please report",
+            "exit: 1",
+        ] {
+            assert!(told.contains(part), "{told}");
+        }
     }
 
     #[test]

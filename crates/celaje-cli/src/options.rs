@@ -26,13 +26,13 @@ pub struct WhereWhen {
     /// Place: latitude (north positive) and longitude (east positive), degrees
     #[arg(long, value_name = "LAT,LON", allow_hyphen_values = true)]
     at: Option<String>,
-    /// Altitude of the ground above sea level, m [default: what the climate says]
+    /// Altitude of the ground above sea level, m, -500 to 9000 [default: climate]
     #[arg(long, value_name = "M")]
     altitude: Option<f64>,
     /// Instant, UTC or with an offset, 1900 to 2100: 2026-06-21T18:30Z
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     time: Option<String>,
-    /// True elevation of the sun, degrees; without a place, or in spite of it
+    /// True elevation of the sun, degrees, instead of place and time or of what they say
     #[arg(long, value_name = "DEG")]
     sun_elevation: Option<f64>,
     /// Azimuth of the sun, degrees clockwise from north [default: 180 without a place]
@@ -44,31 +44,31 @@ pub struct WhereWhen {
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Air, ground and sunlight")]
 pub struct Air {
-    /// Aerosol type: bare names are AIAA, opac:NAME OPAC (celaje list aerosols)
+    /// Aerosol type: bare names are AIAA, opac:NAME OPAC (celaje list aerosols) [default: climate]
     #[arg(long, value_name = "TYPE")]
     aerosol: Option<String>,
-    /// Optical depth of the aerosol at 550 nm, vertical, from the ground up, 0 to 10
+    /// Optical depth of the aerosol at 550 nm, vertical, from the ground up, 0 to 10 [default: climate]
     #[arg(long, value_name = "TAU")]
     aod: Option<f64>,
-    /// Factor on that optical depth, 0 to 100
+    /// Factor on that optical depth, 0 to 100 [default: 1]
     #[arg(long, value_name = "X")]
     turbidity: Option<f64>,
-    /// Relative humidity in which the aerosol swells, %, 0 to 99
+    /// Relative humidity in which the aerosol swells, %, 0 to 99 [default: climate]
     #[arg(long, value_name = "PERCENT")]
     humidity: Option<f64>,
-    /// Ozone column, Dobson units, 0 to 1000
+    /// Ozone column, Dobson units, 0 to 1000 [default: climate]
     #[arg(long, value_name = "DU")]
     ozone: Option<f64>,
-    /// Where the ozone column comes from, if not given: sbuv, van-heuklon, arosa
+    /// Where the ozone column comes from, if not given (celaje list ozone-climates) [default: sbuv]
     #[arg(long, value_name = "NAME")]
     ozone_climate: Option<String>,
     /// Leave ozone out
     #[arg(long)]
     no_ozone: bool,
-    /// Albedo of the ground, 0 to 1, or a preset (celaje list albedos)
+    /// Albedo of the ground, 0 to 1, or a preset (celaje list albedos) [default: climate]
     #[arg(long, value_name = "A|PRESET")]
     albedo: Option<String>,
-    /// Reference atmosphere (celaje list atmospheres)
+    /// Reference atmosphere (celaje list atmospheres) [default: climate]
     #[arg(long, value_name = "NAME")]
     atmosphere: Option<String>,
     /// Spectrum of the sun above the air (celaje list suns)
