@@ -25,29 +25,36 @@ impl Film {
     /// Memory that a film may take \[bytes\].
     pub const MEMORY_LIMIT_BYTES: u128 = 16 << 30;
 
-    /// A black film without samples.
+    /// Makes sure that a film of a size and a number of wavelengths can be had, without making it.
     ///
     /// # Errors
     /// [`Error::Invalid`] for an empty picture, [`Error::TooLarge`] beyond [`Film::MEMORY_LIMIT_BYTES`].
-    pub fn new(width: usize, height: usize, wavelength_nm: &[f64]) -> Result<Self> {
+    pub fn check_size(width: usize, height: usize, wavelengths: usize) -> Result<()> {
         if width == 0 || height == 0 {
             return Err(Error::invalid(
                 format!("size {width}x{height} has no pixels"),
                 "give a size of at least 1x1",
             ));
         }
+        // Two values of 4 bytes per wavelength and the count of samples; sizes beyond any number end as too large.
         let pixels = width as u128 * height as u128;
-        let bytes = pixels * (8 * wavelength_nm.len() as u128 + 4);
+        let bytes = pixels.saturating_mul(8 * wavelengths as u128 + 4);
         if bytes > Self::MEMORY_LIMIT_BYTES {
             return Err(Error::TooLarge {
-                what: format!(
-                    "a film of {width}x{height} pixels and {} wavelengths",
-                    wavelength_nm.len()
-                ),
+                what: format!("a film of {width}x{height} pixels and {wavelengths} wavelengths"),
                 bytes,
                 limit_bytes: Self::MEMORY_LIMIT_BYTES,
             });
         }
+        Ok(())
+    }
+
+    /// A black film without samples.
+    ///
+    /// # Errors
+    /// As [`Film::check_size`].
+    pub fn new(width: usize, height: usize, wavelength_nm: &[f64]) -> Result<Self> {
+        Self::check_size(width, height, wavelength_nm.len())?;
         let pixels = width * height;
         let values = pixels * wavelength_nm.len();
         Ok(Self {

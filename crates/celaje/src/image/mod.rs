@@ -18,7 +18,7 @@ use std::path::Path;
 pub use exr_file::{spectral_channel, write_exr};
 pub use hdr_file::write_hdr;
 pub use png_file::{write_png, PngDepth};
-pub use target::{check_target, Format};
+pub use target::{check_target, remove_temporaries, Format};
 
 use crate::colour::Look;
 use crate::error::Result;

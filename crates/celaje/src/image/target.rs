@@ -60,6 +60,25 @@ pub fn check_target(path: &Path) -> Result<Format> {
     Ok(format)
 }
 
+/// Removes what this process has left half written beside a target, for a program that must end at once.
+///
+/// A file `sky.png` is written as `.sky.png.PID-N.tmp` in the same folder; every such file of this process goes, those
+/// of others stay. A writer still at work finds its file gone and fails. Whatever cannot be removed is left.
+pub fn remove_temporaries(target: &Path) {
+    let start = temp_name_start(target);
+    let start = start.as_encoded_bytes();
+    let Ok(entries) = fs::read_dir(folder_of(target)) else {
+        return;
+    };
+    for entry in entries.flatten() {
+        let name = entry.file_name();
+        let name = name.as_encoded_bytes();
+        if name.starts_with(start) && name.ends_with(TEMP_END.as_bytes()) {
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+}
+
 /// Writes a file under a temporary name in the same folder, then gives it its own name.
 ///
 /// # Errors
@@ -89,10 +108,7 @@ struct TempFile {
 
 impl TempFile {
     fn create(target: &Path) -> Result<Self> {
-        let folder = match target.parent() {
-            Some(p) if !p.as_os_str().is_empty() => p,
-            _ => Path::new("."),
-        };
+        let folder = folder_of(target);
         if !folder.exists() {
             return Err(file_error(
                 target,
@@ -126,11 +142,27 @@ impl Drop for TempFile {
     }
 }
 
+fn folder_of(target: &Path) -> &Path {
+    match target.parent() {
+        Some(p) if !p.as_os_str().is_empty() => p,
+        _ => Path::new("."),
+    }
+}
+
+const TEMP_END: &str = ".tmp";
+
 /// `.sky.png.1234-0.tmp`: hidden, unlike any picture, different for each process.
 fn temp_name(target: &Path, attempt: u32) -> OsString {
+    let mut name = temp_name_start(target);
+    name.push(format!("{attempt}{TEMP_END}"));
+    name
+}
+
+/// What all temporary names of this process for a target begin with: `.sky.png.1234-`.
+fn temp_name_start(target: &Path) -> OsString {
     let mut name = OsString::from(".");
     name.push(target.file_name().unwrap_or_default());
-    name.push(format!(".{}-{attempt}.tmp", std::process::id()));
+    name.push(format!(".{}-", std::process::id()));
     name
 }
 
@@ -191,6 +223,23 @@ mod tests {
     fn an_unwritable_folder_is_refused() {
         let e = check_target(Path::new("/proc/self/sky.png")).unwrap_err();
         assert!(matches!(e, Error::File { .. }), "{e}");
+    }
+
+    #[test]
+    fn half_written_files_of_this_process_can_be_removed() {
+        let folder = Folder::new("temporaries");
+        let target = folder.join("a.png");
+        let temp = TempFile::create(&target).unwrap();
+        let other_process = ".a.png.1-0.tmp";
+        let other_target = TempFile::create(&folder.join("b.png")).unwrap();
+        for name in [other_process, "a.png"] {
+            fs::write(folder.join(name), b"").unwrap();
+        }
+        assert_eq!(folder.listing().len(), 4);
+        remove_temporaries(&target);
+        assert!(!temp.path.exists() && other_target.path.exists());
+        assert_eq!(folder.listing().len(), 3);
+        remove_temporaries(&folder.join("missing/a.png"));
     }
 
     #[test]

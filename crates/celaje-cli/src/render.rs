@@ -1,0 +1,172 @@
+//! `celaje render`: sky to pictures.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use celaje::image::{check_target, save, Format};
+use celaje::sensor::Sensor;
+use celaje::{Film, Sky};
+use clap::Args;
+
+use crate::explain::night;
+use crate::failure::Failure;
+use crate::interrupt;
+use crate::options::{Air, Colour, MethodOptions, Picture, Plan, View, WhereWhen};
+
+/// Render the sky to .png, .exr, .hdr
+#[derive(Debug, Args)]
+#[command(
+    allow_negative_numbers = true,
+    mut_arg("spp", |a| a.required(false).default_value("64")),
+    after_help = "\
+.png shows (tone curve, exposure); .exr holds linear colours in cd/m2 and the spectral radiance at every wavelength in
+W m-2 sr-1 nm-1 with its variance; .hdr holds linear colours in cd/m2.
+
+Examples:
+  celaje render --at -33.4,-70.6 --time 2026-06-21T09:30-04:00 -o dawn.png
+  celaje render --sun-elevation -4 --projection latlong --size 512 -o twilight.exr
+  celaje render scene.toml --aod 0.4 -o hazy.png"
+)]
+pub struct RenderArgs {
+    /// Scene file (TOML) with the words of these options; options given here win
+    #[arg(value_name = "SCENE.toml")]
+    scene: Option<PathBuf>,
+    /// File to write: .png, .exr or .hdr; may be given several times
+    #[arg(short, long, value_name = "FILE", help_heading = "Output")]
+    output: Vec<PathBuf>,
+    #[command(flatten)]
+    where_when: WhereWhen,
+    #[command(flatten)]
+    air: Air,
+    #[command(flatten)]
+    picture: Picture,
+    #[command(flatten)]
+    view: View,
+    #[command(flatten)]
+    method: MethodOptions,
+    #[command(flatten)]
+    colour: Colour,
+}
+
+/// Checks everything, renders, writes every file.
+pub fn run(args: &RenderArgs) -> Result<(), Failure> {
+    let disc = args.picture.sun_disc;
+    let plan = Plan::new(&args.where_when, &args.air, &args.view, &args.method, disc)?;
+    let sensor = args.picture.sensor(plan.wavelength.len())?;
+    let look = args.colour.look()?;
+    check_outputs(&args.output)?;
+    interrupt::set_targets(&args.output);
+    if let Some(note) = night(&plan.conditions) {
+        eprintln!("{note}");
+    }
+
+    let start = Instant::now();
+    plan.on_threads(|| {
+        let sky = plan.sky()?;
+        let film = plan.look(&sky, sensor.as_ref(), args.method.progress)?;
+        let rendered_s = start.elapsed().as_secs_f64();
+        let metadata = metadata(&plan, &sky, sensor.as_ref());
+        for path in &args.output {
+            interrupt::check()?;
+            save(path, &film, &look, &metadata)?;
+        }
+        eprintln!("{}", summary(&film, &plan, rendered_s));
+        Ok(())
+    })
+}
+
+/// Makes sure that every file can be written, before hours are spent on it.
+fn check_outputs(paths: &[PathBuf]) -> Result<(), Failure> {
+    if paths.is_empty() {
+        return Err(Failure::usage(
+            "no file to write is given",
+            "add -o sky.png, -o sky.exr or -o sky.hdr",
+        ));
+    }
+    for (i, path) in paths.iter().enumerate() {
+        Format::of(path).map_err(|e| Failure::from(e).into_usage())?;
+        if paths[..i].contains(path) {
+            return Err(Failure::usage(
+                format!("{} is given twice", path.display()),
+                "give each file once",
+            ));
+        }
+    }
+    for path in paths {
+        check_target(path)?;
+    }
+    Ok(())
+}
+
+/// What a file says of how it came about. Names stay below 25 characters: with `celaje.` before them they are then legal
+/// in every version of EXR.
+fn metadata(plan: &Plan, sky: &Sky, sensor: &dyn Sensor) -> Vec<(String, String)> {
+    let mut entries = Vec::new();
+    let mut add = |name: &str, value: String| entries.push((name.to_owned(), value));
+    for row in plan.conditions.rows() {
+        add(row.key, row.value);
+        let reason = format!("{} [{}]", row.reason, row.source);
+        add(&format!("{}.reason", row.key), reason);
+    }
+    let options = &plan.options;
+    let altitude_m = options.altitude_m.unwrap_or(sky.ground_altitude_m());
+    add("observer_altitude_m", altitude_m.to_string());
+    add("sun_spectrum", plan.solar.name().to_owned());
+    add("sun_disc", format!("{:?}", options.sun_disc).to_lowercase());
+    add("method", format!("{:?}", options.method).to_lowercase());
+    add("spp", options.budget.spp.to_string());
+    add("seed", options.budget.seed.to_string());
+    let orders = options.budget.max_order;
+    add(
+        "max_order",
+        orders.map_or("all".to_owned(), |n| n.to_string()),
+    );
+    add("version", env!("CARGO_PKG_VERSION").to_owned());
+    entries.extend(sensor.description());
+    entries
+}
+
+/// One line for the person who waited.
+fn summary(film: &Film, plan: &Plan, rendered_s: f64) -> String {
+    let noise = match mean_relative_standard_error(film) {
+        Some(error) => format!("mean relative standard error {:.2} %", 100.0 * error),
+        None => "no standard error (it takes 2 paths and some light)".to_owned(),
+    };
+    format!(
+        "rendered {}x{} pixels, {} wavelengths, {} paths per pixel in {rendered_s:.1} s; {noise}",
+        film.width,
+        film.height,
+        film.wavelength_nm.len(),
+        plan.options.budget.spp,
+    )
+}
+
+/// Mean over all pixels and wavelengths that are not black of standard error over radiance.
+fn mean_relative_standard_error(film: &Film) -> Option<f64> {
+    if film.samples.iter().all(|&n| n < 2) {
+        return None;
+    }
+    let values = film.radiance.iter().zip(&film.variance);
+    let (sum, count) = values
+        .filter(|(&l, _)| l > 0.0)
+        .fold((0.0, 0u64), |(sum, count), (&l, &v)| {
+            (sum + f64::from(v).sqrt() / f64::from(l), count + 1)
+        });
+    (count > 0).then(|| sum / count as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_noise_is_a_mean_of_ratios_without_black() {
+        let mut film = Film::new(2, 1, &[500.0, 600.0]).unwrap();
+        assert_eq!(mean_relative_standard_error(&film), None);
+        film.samples = vec![4, 4];
+        film.radiance = vec![1.0, 2.0, 0.0, 4.0];
+        film.variance = vec![0.01, 0.16, 0.0, 0.36];
+        let noise = mean_relative_standard_error(&film).unwrap();
+        assert!((noise - (0.1 + 0.2 + 0.15) / 3.0).abs() < 1e-6);
+    }
+}
