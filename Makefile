@@ -53,10 +53,12 @@ prerequisites:
 
 .venv/installed: .venv/bin/python $(SOURCES)
 	@echo "Building and installing celaje into .venv (some minutes the first time)"
+	@rm -rf build  # setuptools would pack what an older build left there
 	$(PIP) install .
 	@touch $@
 
 .venv/installed-dev: .venv/bin/python $(SOURCES)
 	@echo "Building and installing celaje and what its tests need into .venv (some minutes the first time)"
+	@rm -rf build
 	$(PIP) install '.[dev]'
 	@touch $@ .venv/installed
