@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 __version__: str
+default_method: str
 
 _F64 = NDArray[np.float64]
 _F32 = NDArray[np.float32]
@@ -90,6 +91,8 @@ class Sky:
     def albedo(self) -> _F64: ...
     @property
     def sun_irradiance(self) -> _F64: ...
+    @property
+    def ground_altitude_m(self) -> float: ...
     @property
     def sun_position(self) -> tuple[float, float]: ...
     def atmosphere(self) -> dict[str, Any] | None: ...

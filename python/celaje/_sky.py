@@ -110,7 +110,7 @@ class Sky:
         altitude_m: float | None = None,
         sun_disc: str = "on",
         method: str | None = None,
-        spp: int = DEFAULT_SPP,
+        spp: int | None = None,
         max_order: int | None = None,
         seed: int = 0,
         threads: int | None = None,
@@ -134,8 +134,8 @@ class Sky:
             ``"on"``, ``"off"`` or ``"only"``.
         method : str, optional
             ``"path"`` (default), ``"tracker"`` or ``"classic"``.
-        spp : int
-            Paths per pixel; noise falls with their square root.
+        spp : int, optional
+            Paths per pixel, 64 by default; noise falls with their square root.
         max_order : int, optional
             Count this many scatterings and reflections only.
         seed : int
@@ -163,11 +163,13 @@ class Sky:
         (9, 16, 3)
         """
         sensor = _sensor(projection, size, fov, look)
+        spp = _count("spp", DEFAULT_SPP if spp is None else spp, MAX_SPP)
+        seed = _count("seed", seed, 2**64 - 1, least=0)
         radiance, variance, samples = self._raw.render(
             sensor,
             method,
-            _count("spp", spp, MAX_SPP),
-            _count("seed", seed, 2**64 - 1, least=0),
+            spp,
+            seed,
             _order(max_order),
             sun_disc,
             altitude_m,
@@ -176,9 +178,10 @@ class Sky:
         metadata = dict(self._origin)
         if self._conditions is not None:
             metadata.update(self._conditions.metadata())
-        metadata["observer_altitude_m"] = "ground" if altitude_m is None else str(altitude_m)
+        observer_m = self._raw.ground_altitude_m if altitude_m is None else altitude_m
+        metadata["observer_altitude_m"] = f"{observer_m:g}"
         metadata["sun_disc"] = sun_disc
-        metadata["method"] = method or "path"
+        metadata["method"] = method or _core.default_method
         metadata["spp"] = str(spp)
         metadata["seed"] = str(seed)
         metadata["max_order"] = "all" if max_order is None else str(max_order)

@@ -15,10 +15,10 @@ ROOT = Path(__file__).parents[2]
 
 
 def test_import_is_quick_and_takes_numpy_only() -> None:
-    """Below 0.3 s, the best of five; nothing that is an extra comes along."""
+    """Below 0.3 s of processor time (the clock on the wall also counts other programs); no extra comes along."""
     program = (
-        "import time, sys; t = time.perf_counter(); import celaje; "
-        "print(time.perf_counter() - t, 'xarray' in sys.modules, 'matplotlib' in sys.modules)"
+        "import time, sys; t = time.process_time(); import celaje; "
+        "print(time.process_time() - t, 'xarray' in sys.modules, 'matplotlib' in sys.modules)"
     )
     runs = [
         subprocess.run(

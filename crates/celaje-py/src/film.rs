@@ -83,7 +83,6 @@ pub fn linear_srgb<'py>(
 
 /// Writes the film in the format that the extension names.
 #[pyfunction]
-#[allow(clippy::needless_pass_by_value)]
 pub fn save(
     py: Python<'_>,
     path: PathBuf,

@@ -92,6 +92,12 @@ impl Sky {
         values.into_pyarray(py)
     }
 
+    /// Ground above sea level \[m\].
+    #[getter]
+    fn ground_altitude_m(&self) -> f64 {
+        self.inner.ground_altitude_m()
+    }
+
     /// Azimuth and elevation of the sun \[deg\].
     #[getter]
     fn sun_position(&self) -> (f64, f64) {
@@ -159,6 +165,13 @@ impl Sky {
                 .reshape([film.height, film.width])?,
         ))
     }
+}
+
+/// Name of the method that is used where none is asked for.
+pub fn default_method() -> &'static str {
+    let methods = Method::ALL.iter();
+    let mut named = methods.filter(|(method, ..)| *method == Method::default());
+    named.next().map_or("", |(_, name, _)| name)
 }
 
 fn read_sun_disc(name: &str) -> celaje::Result<SunDisc> {
