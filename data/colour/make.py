@@ -1,7 +1,7 @@
 """Write the tables of this folder from the Python package colour-science (see SOURCE.md).
 
-    pip install colour-science==0.4.7
-    python data/colour/make.py
+pip install colour-science==0.4.7
+python data/colour/make.py
 """
 
 from pathlib import Path

@@ -9,8 +9,12 @@ SOURCE.csv has lat, month, o3_DU, sd_DU, n_years, source; latitude decreasing. H
 import csv
 import sys
 
-rows = list(csv.DictReader(line for line in open(sys.argv[1], encoding="utf-8") if not line.startswith("#")))
-print("# Total ozone, zonal monthly mean of 1998-2015; latitude_deg is the centre of a 5 degree zone. See SOURCE.md.")
+rows = list(
+    csv.DictReader(line for line in open(sys.argv[1], encoding="utf-8") if not line.startswith("#"))
+)
+print(
+    "# Total ozone, zonal monthly mean of 1998-2015; latitude_deg is the centre of a 5 degree zone. See SOURCE.md."
+)
 print("latitude_deg,month,ozone_du,origin")
 for r in sorted(rows, key=lambda r: (float(r["lat"]), int(r["month"]))):
     print(f"{r['lat']},{r['month']},{r['o3_DU']},{r['source']}")

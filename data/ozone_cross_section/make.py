@@ -8,8 +8,12 @@ SOURCE.csv has wavelength_nm and the columns xs_193K ... xs_293K in cm2 per mole
 
 import sys
 
-print("# Ozone absorption cross section, m2 per molecule, mean over 1 nm bins centred on wavelength_nm (vacuum).")
-print("# Slightly negative values are measurement noise, kept here and clipped by the reader. See SOURCE.md.")
+print(
+    "# Ozone absorption cross section, m2 per molecule, mean over 1 nm bins centred on wavelength_nm (vacuum)."
+)
+print(
+    "# Slightly negative values are measurement noise, kept here and clipped by the reader. See SOURCE.md."
+)
 for line in open(sys.argv[1], encoding="utf-8"):
     if line.startswith("wavelength_nm"):
         print(line.strip())

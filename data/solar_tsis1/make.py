@@ -8,7 +8,9 @@ SOURCE.csv has the columns wavelength_nm (centre of a 1 nm bin, vacuum) and irra
 
 import sys
 
-print("# TSIS-1 HSRS v2, mean over 1 nm bins centred on wavelength_nm (vacuum); W m-2 nm-1 at 1 au. See SOURCE.md.")
+print(
+    "# TSIS-1 HSRS v2, mean over 1 nm bins centred on wavelength_nm (vacuum); W m-2 nm-1 at 1 au. See SOURCE.md."
+)
 print("wavelength_nm,irradiance")
 for line in open(sys.argv[1], encoding="utf-8"):
     if line[0].isdigit():

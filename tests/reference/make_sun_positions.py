@@ -35,18 +35,28 @@ TIMES = [
     "2025-01-04T13:00:00Z",
 ]
 
-print(f"# generator: tests/reference/make_sun_positions.py, pvlib {version('pvlib')}, astropy {version('astropy')}")
-print("# true (unrefracted) topocentric angles in degrees, azimuth clockwise from north, distance in au")
-print("time,latitude_deg,longitude_deg,altitude_m,spa_azimuth_deg,spa_elevation_deg,spa_distance_au,"
-      "erfa_azimuth_deg,erfa_elevation_deg,erfa_distance_au")
+print(
+    f"# generator: tests/reference/make_sun_positions.py, pvlib {version('pvlib')}, astropy {version('astropy')}"
+)
+print(
+    "# true (unrefracted) topocentric angles in degrees, azimuth clockwise from north, distance in au"
+)
+print(
+    "time,latitude_deg,longitude_deg,altitude_m,spa_azimuth_deg,spa_elevation_deg,spa_distance_au,"
+    "erfa_azimuth_deg,erfa_elevation_deg,erfa_distance_au"
+)
 for text in TIMES:
     for lat, lon, alt in PLACES:
         when = pd.DatetimeIndex([text])
-        spa = pvlib.solarposition.get_solarposition(when, lat, lon, altitude=alt, method="nrel_numpy", delta_t=None).iloc[0]
+        spa = pvlib.solarposition.get_solarposition(
+            when, lat, lon, altitude=alt, method="nrel_numpy", delta_t=None
+        ).iloc[0]
         r = pvlib.solarposition.nrel_earthsun_distance(when, delta_t=None).iloc[0]
         time = Time(text[:-1], scale="utc")
         here = EarthLocation(lat=lat * u.deg, lon=lon * u.deg, height=alt * u.m)
         sun = get_sun(time).transform_to(AltAz(obstime=time, location=here))
         geocentric = get_sun(time).distance.to_value(u.au)
-        print(f"{text},{lat},{lon},{alt},{spa.azimuth:.6f},{spa.elevation:.6f},{r:.8f},"
-              f"{sun.az.deg:.6f},{sun.alt.deg:.6f},{geocentric:.8f}")
+        print(
+            f"{text},{lat},{lon},{alt},{spa.azimuth:.6f},{spa.elevation:.6f},{r:.8f},"
+            f"{sun.az.deg:.6f},{sun.alt.deg:.6f},{geocentric:.8f}"
+        )

@@ -1,0 +1,64 @@
+# Everything that people do with celaje. Needs a Rust toolchain (1.85 or newer) and Python (3.10 or newer, with venv);
+# all else goes into .venv and target, here in this folder.
+
+PYTHON ?= python3
+BIN := .venv/bin
+PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
+
+# What the installed package is built from.
+SOURCES := Cargo.toml Cargo.lock pyproject.toml setup.py \
+	$(shell find crates data python -type f \( -name '*.rs' -o -name '*.toml' -o -name '*.csv' -o -name '*.py' -o -name '*.pyi' \))
+
+.DEFAULT_GOAL := help
+.PHONY: help sky test check bench docs accuracy prerequisites clean
+
+help:  ## Show this help
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+
+sky: .venv/installed  ## Set everything up and render an evening sky over Zaragoza
+	$(BIN)/celaje render --at 41.65,-0.88 --time 2026-06-21T18:30Z -o sky.png -o sky.exr
+	@echo "The picture is $(CURDIR)/sky.png; sky.exr beside it holds the spectrum of every pixel."
+
+test: .venv/installed-dev  ## Run all tests: Rust, Python, examples of the documentation
+	cargo test --locked
+	$(BIN)/python -m pytest --doctest-modules --pyargs celaje tests/python
+
+check: .venv/installed-dev  ## Check formatting, lints and types, as continuous integration does
+	cargo fmt --all --check
+	cargo clippy --locked --workspace --all-targets -- -D warnings
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+accuracy: prerequisites  ## Run the long statistical tests, which make test leaves out
+	cargo test --locked --release -- --ignored
+
+bench: prerequisites  ## Measure time to a stated error
+	cargo bench --locked -p celaje
+
+docs: .venv/installed-dev  ## Build the manual of the library, the figures and the gallery
+	cargo doc --locked --workspace --no-deps
+	cargo run --locked --release -p celaje --example conventions -- docs/figures
+	for script in $(wildcard docs/gallery/*.py); do $(BIN)/python $$script || exit 1; done
+	@echo "The manual is $(CURDIR)/target/doc/celaje/index.html"
+
+clean:  ## Remove all that was built
+	rm -rf .venv target build python/*.egg-info
+
+prerequisites:
+	@sh scripts/prerequisites.sh $(PYTHON)
+
+.venv/bin/python: | prerequisites
+	$(PYTHON) -m venv .venv
+
+.venv/installed: .venv/bin/python $(SOURCES)
+	@echo "Building and installing celaje into .venv (some minutes the first time)"
+	@rm -rf build  # setuptools would pack what an older build left there
+	$(PIP) install .
+	@touch $@
+
+.venv/installed-dev: .venv/bin/python $(SOURCES)
+	@echo "Building and installing celaje and what its tests need into .venv (some minutes the first time)"
+	@rm -rf build
+	$(PIP) install '.[dev]'
+	@touch $@ .venv/installed

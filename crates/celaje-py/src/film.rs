@@ -1,0 +1,102 @@
+//! Spectral radiance per pixel to colours and files.
+//!
+//! A film lives in Python as arrays, so that a user may change them; here it is put together again.
+
+use std::path::PathBuf;
+
+use celaje::colour::{ColourImage, Exposure, Look, Observer, ToneCurve};
+use celaje::{image, Film};
+use numpy::{IntoPyArray, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
+use numpy::{PyReadonlyArray3, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+
+use crate::error::Outcome;
+
+/// The film of some arrays; their shapes are checked by whatever is then done with it.
+fn film(
+    radiance: &PyReadonlyArray3<'_, f32>,
+    variance: Option<&PyReadonlyArray3<'_, f32>>,
+    samples: &PyReadonlyArray2<'_, u32>,
+    wavelength_nm: &PyReadonlyArray1<'_, f64>,
+) -> Outcome<Film> {
+    let (height, width) = (radiance.shape()[0], radiance.shape()[1]);
+    Ok(Film {
+        width,
+        height,
+        wavelength_nm: wavelength_nm.as_slice()?.to_vec(),
+        samples: samples.as_slice()?.to_vec(),
+        radiance: radiance.as_slice()?.to_vec(),
+        variance: match variance {
+            Some(variance) => variance.as_slice()?.to_vec(),
+            None => Vec::new(),
+        },
+    })
+}
+
+fn look(observer: &str, tone: &str, exposure: Option<f64>) -> celaje::Result<Look> {
+    Ok(Look {
+        observer: Observer::by_name(observer)?,
+        tone: ToneCurve::by_name(tone)?,
+        exposure: exposure.map_or(Exposure::Auto, Exposure::Ev),
+    })
+}
+
+fn pixels<'py, const N: usize>(
+    py: Python<'py>,
+    film: &Film,
+    values: Vec<[f32; N]>,
+) -> Outcome<Bound<'py, PyArray3<f32>>> {
+    let flat = values.into_flattened().into_pyarray(py);
+    Ok(flat.reshape([film.height, film.width, N])?)
+}
+
+/// What a display shows, RGBA in [0, 1], shape (height, width, 4).
+#[pyfunction]
+pub fn develop<'py>(
+    py: Python<'py>,
+    radiance: PyReadonlyArray3<'py, f32>,
+    samples: PyReadonlyArray2<'py, u32>,
+    wavelength_nm: PyReadonlyArray1<'py, f64>,
+    observer: &str,
+    tone: &str,
+    exposure: Option<f64>,
+) -> Outcome<Bound<'py, PyArray3<f32>>> {
+    let film = film(&radiance, None, &samples, &wavelength_nm)?;
+    let look = look(observer, tone, exposure)?;
+    let colours = ColourImage::from_film(&film, look.observer)?;
+    pixels(py, &film, colours.display(look.tone, look.exposure)?)
+}
+
+/// Linear sRGB \[cd m⁻²\], shape (height, width, 3).
+#[pyfunction]
+pub fn linear_srgb<'py>(
+    py: Python<'py>,
+    radiance: PyReadonlyArray3<'py, f32>,
+    samples: PyReadonlyArray2<'py, u32>,
+    wavelength_nm: PyReadonlyArray1<'py, f64>,
+    observer: &str,
+) -> Outcome<Bound<'py, PyArray3<f32>>> {
+    let film = film(&radiance, None, &samples, &wavelength_nm)?;
+    let colours = ColourImage::from_film(&film, Observer::by_name(observer)?)?;
+    pixels(py, &film, colours.rgb)
+}
+
+/// Writes the film in the format that the extension names.
+#[pyfunction]
+pub fn save(
+    py: Python<'_>,
+    path: PathBuf,
+    radiance: PyReadonlyArray3<'_, f32>,
+    variance: PyReadonlyArray3<'_, f32>,
+    samples: PyReadonlyArray2<'_, u32>,
+    wavelength_nm: PyReadonlyArray1<'_, f64>,
+    observer: &str,
+    tone: &str,
+    exposure: Option<f64>,
+    metadata: Vec<(String, String)>,
+) -> Outcome<()> {
+    image::check_target(&path)?;
+    let film = film(&radiance, Some(&variance), &samples, &wavelength_nm)?;
+    let look = look(observer, tone, exposure)?;
+    Ok(py.detach(|| image::save(&path, &film, &look, &metadata))?)
+}

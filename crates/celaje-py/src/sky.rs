@@ -1,0 +1,188 @@
+//! A sky, and looking at it.
+
+use celaje::sky::{Method, RenderOptions, SunDisc};
+use celaje::spectrum::SolarSpectrum;
+use celaje::transport::Budget;
+use celaje::{Error, WavelengthGrid};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::conditions::Conditions;
+use crate::error::Outcome;
+use crate::medium::Medium;
+use crate::run::interruptible;
+use crate::sensor::Sensor;
+
+/// Radiance and its variance, shape (height, width, wavelength); samples, shape (height, width).
+type FilmArrays<'py> = (
+    Bound<'py, PyArray3<f32>>,
+    Bound<'py, PyArray3<f32>>,
+    Bound<'py, PyArray2<u32>>,
+);
+
+/// A sky.
+#[pyclass(frozen, module = "celaje._core")]
+pub struct Sky {
+    inner: celaje::Sky,
+}
+
+#[pymethods]
+impl Sky {
+    #[staticmethod]
+    fn from_conditions(
+        py: Python<'_>,
+        conditions: &Conditions,
+        wavelength_nm: Option<PyReadonlyArray1<'_, f64>>,
+        sun: &str,
+    ) -> Outcome<Self> {
+        let wavelength = match wavelength_nm {
+            Some(nm) => WavelengthGrid::new(nm.as_slice()?.to_vec())?,
+            None => WavelengthGrid::default(),
+        };
+        let solar = SolarSpectrum::named(sun)?;
+        let conditions = conditions.inner.clone();
+        let inner = interruptible(py, None, |_| {
+            celaje::Sky::new(conditions, &wavelength, solar)
+        })?;
+        Ok(Self { inner })
+    }
+
+    #[staticmethod]
+    fn from_medium(
+        medium: &Medium,
+        sun_elevation_deg: f64,
+        sun_azimuth_deg: f64,
+        albedo: PyReadonlyArray1<'_, f64>,
+        irradiance: PyReadonlyArray1<'_, f64>,
+        sun_angular_radius_deg: f64,
+    ) -> Outcome<Self> {
+        let inner = celaje::Sky::from_medium(
+            medium.inner.clone(),
+            sun_elevation_deg,
+            sun_azimuth_deg,
+            albedo.as_slice()?,
+            irradiance.as_slice()?,
+            sun_angular_radius_deg,
+        )?;
+        Ok(Self { inner })
+    }
+
+    fn medium(&self) -> Medium {
+        Medium {
+            inner: self.inner.medium.clone(),
+        }
+    }
+
+    #[getter]
+    fn wavelength_nm<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.inner.wavelength_nm().to_vec().into_pyarray(py)
+    }
+
+    #[getter]
+    fn albedo<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.inner.albedo.clone().into_pyarray(py)
+    }
+
+    /// Irradiance above the air on a plane that faces the sun \[W m⁻² nm⁻¹\], shape (w,).
+    #[getter]
+    fn sun_irradiance<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        let lanes = &self.inner.sun.irradiance[..self.inner.wavelength_nm().len()];
+        let values: Vec<f64> = lanes.iter().map(|&e| f64::from(e)).collect();
+        values.into_pyarray(py)
+    }
+
+    /// Ground above sea level \[m\].
+    #[getter]
+    fn ground_altitude_m(&self) -> f64 {
+        self.inner.ground_altitude_m()
+    }
+
+    /// Azimuth and elevation of the sun \[deg\].
+    #[getter]
+    fn sun_position(&self) -> (f64, f64) {
+        self.inner.sun.direction.to_azimuth_elevation_deg()
+    }
+
+    /// Profiles of gases and aerosol layers; nothing for a medium of one's own.
+    fn atmosphere<'py>(&self, py: Python<'py>) -> Outcome<Option<Bound<'py, PyDict>>> {
+        let Some(composition) = &self.inner.composition else {
+            return Ok(None);
+        };
+        let air = &composition.air;
+        let fields = PyDict::new(py);
+        for (name, column) in [
+            ("altitude_m", &air.altitude_m),
+            ("temperature_k", &air.temperature_k),
+            ("pressure_pa", &air.pressure_pa),
+            ("air_number_density", &air.air_number_density),
+            ("ozone_number_density", &air.ozone_number_density),
+        ] {
+            fields.set_item(name, column.clone().into_pyarray(py))?;
+        }
+        let aerosol = PyDict::new(py);
+        for layer in &composition.aerosol.layers {
+            let at = air.altitude_m.iter().map(|&z| layer.number_density(z));
+            aerosol.set_item(&layer.name, at.collect::<Vec<f64>>().into_pyarray(py))?;
+        }
+        fields.set_item("aerosol_number_density", aerosol)?;
+        Ok(Some(fields))
+    }
+
+    #[pyo3(signature = (sensor, method, spp, seed, max_order, sun_disc, altitude_m, threads))]
+    fn render<'py>(
+        &self,
+        py: Python<'py>,
+        sensor: &Sensor,
+        method: Option<&str>,
+        spp: u32,
+        seed: u64,
+        max_order: Option<u32>,
+        sun_disc: &str,
+        altitude_m: Option<f64>,
+        threads: Option<usize>,
+    ) -> Outcome<FilmArrays<'py>> {
+        let options = RenderOptions {
+            method: method.map(Method::named).transpose()?.unwrap_or_default(),
+            budget: Budget {
+                spp,
+                seed,
+                max_order,
+            },
+            sun_disc: read_sun_disc(sun_disc)?,
+            altitude_m,
+        };
+        let film = interruptible(py, threads, |cancel| {
+            self.inner
+                .render(sensor.inner.as_ref(), &options, cancel, &|_, _| ())
+        })?;
+        let shape = [film.height, film.width, film.wavelength_nm.len()];
+        Ok((
+            film.radiance.into_pyarray(py).reshape(shape)?,
+            film.variance.into_pyarray(py).reshape(shape)?,
+            film.samples
+                .into_pyarray(py)
+                .reshape([film.height, film.width])?,
+        ))
+    }
+}
+
+/// Name of the method that is used where none is asked for.
+pub fn default_method() -> &'static str {
+    let methods = Method::ALL.iter();
+    let mut named = methods.filter(|(method, ..)| *method == Method::default());
+    named.next().map_or("", |(_, name, _)| name)
+}
+
+fn read_sun_disc(name: &str) -> celaje::Result<SunDisc> {
+    match name {
+        "on" => Ok(SunDisc::On),
+        "off" => Ok(SunDisc::Off),
+        "only" => Ok(SunDisc::Only),
+        _ => Err(Error::UnknownName {
+            kind: "sun disc",
+            name: name.to_owned(),
+            known: ["on", "off", "only"].map(str::to_owned).to_vec(),
+        }),
+    }
+}

@@ -1,0 +1,58 @@
+"""Spectral radiance of the whole sky, from a place and a time.
+
+Degrees at every boundary; azimuth clockwise from true north, elevation up, directions are where the observer looks.
+Wavelengths in vacuum [nm], spectral radiance in W m⁻² sr⁻¹ nm⁻¹, spectral irradiance in W m⁻² nm⁻¹.
+
+Examples
+--------
+>>> import celaje
+>>> sky = celaje.sky(at=(41.65, -0.88), time="2026-06-21T18:30Z", wavelengths="400:700:50")
+>>> img = sky.render("fisheye", size=8, spp=2)
+>>> img.radiance.shape
+(8, 8, 7)
+"""
+
+from ._climate import Condition, Conditions, climate
+from ._core import __version__
+from ._errors import (
+    CelajeError,
+    FileError,
+    InvalidInputError,
+    NotBuiltError,
+    OutOfRangeError,
+    ShapeMismatchError,
+    TooLargeError,
+    UnknownNameError,
+)
+from ._film import Film, Radiance
+from ._medium import Medium, Phase
+from ._optics import Aerosol, MieSphere, aerosol, component, mie, rayleigh_cross_section
+from ._sky import Atmosphere, Sky, sky
+
+__all__ = [
+    "Aerosol",
+    "Atmosphere",
+    "CelajeError",
+    "Condition",
+    "Conditions",
+    "FileError",
+    "Film",
+    "InvalidInputError",
+    "Medium",
+    "MieSphere",
+    "NotBuiltError",
+    "OutOfRangeError",
+    "Phase",
+    "Radiance",
+    "ShapeMismatchError",
+    "Sky",
+    "TooLargeError",
+    "UnknownNameError",
+    "__version__",
+    "aerosol",
+    "climate",
+    "component",
+    "mie",
+    "rayleigh_cross_section",
+    "sky",
+]

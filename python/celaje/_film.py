@@ -1,0 +1,239 @@
+"""What was seen: spectral radiance per pixel or direction, with its variance."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _core
+from ._arrays import Floats
+from ._errors import InvalidInputError
+
+if TYPE_CHECKING:
+    import xarray
+
+Singles = NDArray[np.float32]
+
+
+@dataclass
+class Film:
+    """A picture of spectral radiance; made by :meth:`Sky.render`.
+
+    The arrays are the renderer's own memory, not copies, and may be changed: colours and files follow them.
+
+    Attributes
+    ----------
+    radiance : ndarray of float32, shape (height, width, wavelength)
+        Mean spectral radiance; row 0 is the top of the picture. [W m⁻² sr⁻¹ nm⁻¹]
+    variance : ndarray of float32, shape (height, width, wavelength)
+        Variance of that mean; 0 for a deterministic method. [(W m⁻² sr⁻¹ nm⁻¹)²]
+    samples : ndarray of uint32, shape (height, width)
+        Paths behind each pixel; 0 where the sensor sees nothing.
+    wavelength_nm : ndarray of float64, shape (wavelength,)
+        Vacuum wavelengths. [nm]
+    metadata : dict of str to str
+        How it came about: conditions with their reasons, method, seed, sensor. Kept in files.
+
+    Examples
+    --------
+    >>> import celaje
+    >>> sky = celaje.sky(sun_elevation=30, wavelengths="400:700:50")
+    >>> img = sky.render("fisheye", size=8, spp=4)
+    >>> img.radiance.shape, img.rgb().shape
+    ((8, 8, 7), (8, 8, 3))
+    """
+
+    radiance: Singles
+    variance: Singles
+    samples: NDArray[np.uint32]
+    wavelength_nm: Floats
+    metadata: dict[str, str] = field(default_factory=dict)
+    _sensor: _core.Sensor | None = field(default=None, repr=False)
+
+    @property
+    def standard_error(self) -> Singles:
+        """Standard error of the mean radiance, absolute, shape (height, width, wavelength)."""
+        return np.sqrt(self.variance)
+
+    def directions(self) -> tuple[Floats, Floats]:
+        """Where the middle of each pixel looks.
+
+        Returns
+        -------
+        azimuth_deg, elevation_deg : ndarray, shape (height, width)
+            Azimuth clockwise from north; NaN where the sensor sees nothing. [deg]
+        """
+        if self._sensor is None:
+            raise InvalidInputError(
+                "this film does not know its sensor", "directions belong to films from Sky.render"
+            )
+        return self._sensor.pixel_centres()
+
+    def rgb(
+        self,
+        tone: str = "gamma",
+        exposure: float | None = None,
+        observer: int | str = 1964,
+    ) -> Singles:
+        """What a display shows.
+
+        Parameters
+        ----------
+        tone : str
+            ``"gamma"``, ``"srgb"``, ``"filmic"`` or ``"none"``.
+        exposure : float, optional
+            Stops: 0 shows 10 000 cd m⁻² as white, 1 half of that. Chosen from the picture by default.
+        observer : int or str
+            CIE observer, 1964 (10°) or 1931 (2°).
+
+        Returns
+        -------
+        ndarray of float32, shape (height, width, 3)
+            Red, green and blue in [0, 1]; black where the sensor sees nothing.
+        """
+        rgba = _core.develop(*self._seen(), observer=str(observer), tone=tone, exposure=exposure)
+        return rgba[..., :3]
+
+    def linear_srgb(self, observer: int | str = 1964) -> Singles:
+        """Absolute linear sRGB, for further work.
+
+        Parameters
+        ----------
+        observer : int or str
+            CIE observer, 1964 (10°) or 1931 (2°).
+
+        Returns
+        -------
+        ndarray of float32, shape (height, width, 3)
+            (1, 1, 1) is a D65 white of 1 cd m⁻²; negative where a colour is out of gamut. [cd m⁻²]
+        """
+        return _core.linear_srgb(*self._seen(), observer=str(observer))
+
+    def save(
+        self,
+        path: str | os.PathLike[str],
+        tone: str = "gamma",
+        exposure: float | None = None,
+        observer: int | str = 1964,
+    ) -> None:
+        """Write a file, whole or not at all, in the format that its extension names.
+
+        ``.png`` is for display (tone and exposure applied), ``.exr`` holds linear sRGB and the radiance at every
+        wavelength with its variance, ``.hdr`` linear sRGB.
+
+        Parameters
+        ----------
+        path : str or path
+            An older file is overwritten.
+        tone, exposure, observer
+            As in :meth:`rgb`.
+
+        Raises
+        ------
+        FileError
+            Unknown extension, missing folder, no permission, full disk.
+        """
+        radiance, samples, wavelength_nm = self._seen()
+        _core.save(
+            os.fspath(path),
+            radiance,
+            np.ascontiguousarray(self.variance, dtype=np.float32),
+            samples,
+            wavelength_nm,
+            observer=str(observer),
+            tone=tone,
+            exposure=exposure,
+            metadata=list(self.metadata.items()),
+        )
+
+    def xarray(self) -> xarray.Dataset:
+        """The film as a dataset with CF metadata; needs ``celaje[xarray]``.
+
+        Returns
+        -------
+        xarray.Dataset
+            ``radiance`` and ``radiance_variance`` over (y, x, wavelength), sharing memory with the film; `samples`,
+            ``vza_deg`` and ``vaa_deg`` (where the observer looks) over (y, x).
+        """
+        try:
+            import xarray
+        except ImportError:
+            raise InvalidInputError(
+                "xarray is not installed", 'install it: pip install "celaje[xarray]"'
+            ) from None
+        unit = "W m-2 sr-1 nm-1"
+        pixels, cube = ("y", "x"), ("y", "x", "wavelength")
+        # CF has a name for what comes from above only; a picture may look down as well.
+        radiance = {
+            "units": unit,
+            "long_name": "spectral radiance",
+            "ancillary_variables": "radiance_variance",
+        }
+        variance = {"units": f"({unit})2", "long_name": "variance of the mean spectral radiance"}
+        wavelength = {
+            "units": "nm",
+            "standard_name": "radiation_wavelength",
+            "long_name": "vacuum wavelength",
+        }
+        data = {
+            "radiance": (cube, self.radiance, radiance),
+            "radiance_variance": (cube, self.variance, variance),
+            "samples": (pixels, self.samples, {"units": "1", "long_name": "paths per pixel"}),
+        }
+        coordinates: dict[str, object] = {
+            "wavelength": ("wavelength", self.wavelength_nm, wavelength)
+        }
+        if self._sensor is not None:
+            azimuth_deg, elevation_deg = self.directions()
+            zenith = {"units": "degree", "long_name": "zenith angle looked at"}
+            azimuth = {"units": "degree", "long_name": "azimuth looked at, clockwise from north"}
+            coordinates["vza_deg"] = (pixels, 90.0 - elevation_deg, zenith)
+            coordinates["vaa_deg"] = (pixels, azimuth_deg, azimuth)
+        for key, name, value in (
+            ("sza_deg", "solar_zenith_angle", "sun_elevation_deg"),
+            ("saa_deg", "solar_azimuth_angle", "sun_azimuth_deg"),
+        ):
+            if value in self.metadata:
+                angle = float(self.metadata[value])
+                angle = 90.0 - angle if key == "sza_deg" else angle
+                coordinates[key] = ((), angle, {"units": "degree", "standard_name": name})
+        attributes = {"Conventions": "CF-1.11", "source": f"celaje {_core.__version__}"}
+        return xarray.Dataset(data, coordinates, {**attributes, **self.metadata})
+
+    def _seen(self) -> tuple[Singles, NDArray[np.uint32], Floats]:
+        return (
+            np.ascontiguousarray(self.radiance, dtype=np.float32),
+            np.ascontiguousarray(self.samples, dtype=np.uint32),
+            np.ascontiguousarray(self.wavelength_nm, dtype=np.float64),
+        )
+
+
+@dataclass(frozen=True)
+class Radiance:
+    """Spectral radiance in single directions; made by :meth:`Sky.radiance`.
+
+    Attributes
+    ----------
+    radiance : ndarray of float32, shape (direction, wavelength)
+        Mean spectral radiance. [W m⁻² sr⁻¹ nm⁻¹]
+    standard_error : ndarray of float32, shape (direction, wavelength)
+        Standard error of that mean, absolute; 0 for a deterministic method. [W m⁻² sr⁻¹ nm⁻¹]
+    azimuth_deg, elevation_deg : ndarray of float64, shape (direction,)
+        Where it was looked. [deg]
+    wavelength_nm : ndarray of float64, shape (wavelength,)
+        Vacuum wavelengths. [nm]
+    spp, seed : int
+        Paths per direction and seed; with them the same values come out again.
+    """
+
+    radiance: Singles
+    standard_error: Singles
+    azimuth_deg: Floats
+    elevation_deg: Floats
+    wavelength_nm: Floats
+    spp: int
+    seed: int

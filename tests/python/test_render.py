@@ -1,0 +1,208 @@
+"""Looking at a sky: pictures, directions, files."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray
+
+import celaje
+
+
+def test_film_has_the_shapes_of_the_contract(evening: celaje.Sky) -> None:
+    film = evening.render("fisheye", size=12, spp=4, seed=3)
+    assert film.radiance.shape == film.variance.shape == (12, 12, 3)
+    assert film.samples.shape == (12, 12)
+    assert film.radiance.dtype == np.float32
+    assert film.wavelength_nm.tolist() == [450.0, 550.0, 650.0]
+    # The array is the renderer's memory, not a copy.
+    assert not film.radiance.flags.owndata
+    assert film.radiance.flags.writeable
+    assert film.samples[6, 6] == 4
+    assert film.samples[0, 0] == 0
+    assert (film.radiance[0, 0] == 0).all()
+    assert film.standard_error**2 == pytest.approx(film.variance, rel=1e-5)
+
+
+def test_same_seed_same_bits_on_any_number_of_threads(evening: celaje.Sky) -> None:
+    one = evening.render(size=8, spp=4, seed=7, threads=1)
+    three = evening.render(size=8, spp=4, seed=7, threads=3)
+    other = evening.render(size=8, spp=4, seed=8)
+    assert np.array_equal(one.radiance, three.radiance)
+    assert np.array_equal(one.variance, three.variance)
+    assert not np.array_equal(one.radiance, other.radiance)
+
+
+def test_projections_and_sizes(evening: celaje.Sky) -> None:
+    def shape(*args: object, **more: object) -> tuple[int, ...]:
+        return evening.render(*args, spp=1, **more).radiance.shape[:2]  # type: ignore[arg-type]
+
+    assert shape("fisheye", 6) == (6, 6)
+    assert shape("fisheye", (8, 4)) == (4, 8)
+    assert shape("latlong", 4) == (4, 8)
+    assert shape("latlong", "8x4") == (4, 8)
+    assert shape("perspective", "6x3", fov=40, look=(290, 10)) == (3, 6)
+
+
+def test_directions_of_pixels(evening: celaje.Sky) -> None:
+    """Fisheye: north up, east left. Lat-long: zenith on row 0, north at the left edge."""
+    azimuth, elevation = evening.render("fisheye", size=5, spp=1).directions()
+    assert elevation[2, 2] == pytest.approx(90)
+    assert azimuth[0, 2] == pytest.approx(0)
+    assert azimuth[2, 0] == pytest.approx(90)
+    assert elevation[0, 2] == pytest.approx(18)
+    assert np.isnan(azimuth[0, 0])
+    azimuth, elevation = evening.render("latlong", size=2, spp=1).directions()
+    assert azimuth[0].tolist() == pytest.approx([45, 135, 225, 315])
+    assert elevation[:, 0].tolist() == pytest.approx([45, -45])
+
+
+def test_a_sky_is_blue_above_and_bright_around_the_sun() -> None:
+    """Expected: at noon the zenith is bluer than the horizon; near the sun it is brighter than away from it."""
+    sky = celaje.sky(sun_elevation=50, sun_azimuth=180, wavelengths=[450.0, 550.0, 650.0])
+    zenith, horizon, near_sun, away = sky.radiance(
+        [0, 0, 180, 0], [90, 5, 45, 45], spp=2000, sun_disc="off"
+    ).radiance
+    assert zenith[0] > zenith[1] > zenith[2]
+    assert zenith[0] / zenith[2] > 1.1 * horizon[0] / horizon[2]
+    assert (near_sun > 2 * away).all()
+
+
+def test_single_scattering_in_a_slab(slab: celaje.Sky) -> None:
+    """Rationale: an exact formula for the whole way from arrays to radiance.
+
+    Expected: a flat isotropic slab of optical depth τ under a collimated sun gives, to first order of scattering,
+    L = E/(4π) · μ0/(μ0 − μ) · (exp(−τ/μ0) − exp(−τ/μ)), within five standard errors of below 0.5 %.
+    """
+    elevation = np.array([90.0, 45.0, 20.0, 10.0])
+    seen = slab.radiance(0.0, elevation, spp=200_000, max_order=1)
+    mu, mu0 = np.sin(np.radians(elevation)), np.sin(np.radians(60.0))
+    depth = 0.3
+    exact = mu0 / (mu0 - mu) * (np.exp(-depth / mu0) - np.exp(-depth / mu)) / (4 * np.pi)
+    error = seen.standard_error[:, 0]
+    assert (error < 5e-3 * exact).all()
+    assert (np.abs(seen.radiance[:, 0] - exact) < 5 * error + 1e-5 * exact).all()
+
+
+def test_radiance_takes_numbers_and_lists(evening: celaje.Sky) -> None:
+    one = evening.radiance(90.0, 30.0, spp=8)
+    assert one.radiance.shape == one.standard_error.shape == (1, 3)
+    assert one.azimuth_deg.tolist() == [90.0]
+    many = evening.radiance([0, 90, 180], 30.0, spp=8)
+    assert many.radiance.shape == (3, 3)
+    assert many.elevation_deg.tolist() == [30.0] * 3
+    assert (many.standard_error > 0).all()
+    again = evening.radiance([0, 90, 180], 30.0, spp=8, threads=1)
+    assert np.array_equal(many.radiance, again.radiance)
+
+
+@pytest.mark.parametrize("method", ["path", "tracker", "classic"])
+def test_every_method_sees_the_same_sky(slab: celaje.Sky, method: str) -> None:
+    reference = slab.radiance(0.0, 30.0, spp=40_000, seed=1)
+    seen = slab.radiance(0.0, 30.0, spp=40_000, seed=2, method=method)
+    spread = np.hypot(reference.standard_error, seen.standard_error)
+    assert (np.abs(seen.radiance - reference.radiance) < 5 * spread).all()
+
+
+def test_noise_is_reached(evening: celaje.Sky) -> None:
+    seen = evening.radiance([0.0, 180.0], [60.0, 20.0], noise=0.02, sun_disc="off")
+    assert float((seen.standard_error / seen.radiance).max()) <= 0.02
+    again = evening.radiance(
+        [0.0, 180.0], [60.0, 20.0], spp=seen.spp, seed=seen.seed, sun_disc="off"
+    )
+    assert np.array_equal(seen.radiance, again.radiance)
+
+
+def test_a_higher_observer_sees_a_darker_zenith(evening: celaje.Sky) -> None:
+    ground = evening.radiance(0.0, 90.0, spp=2000)
+    high = evening.radiance(0.0, 90.0, altitude_m=20e3, spp=2000)
+    assert (high.radiance < 0.3 * ground.radiance).all()
+
+
+def test_sun_disc(evening: celaje.Sky) -> None:
+    """The disc alone, through the air: E exp(−τ) over its solid angle; nothing beside it."""
+    c = evening.conditions
+    assert c is not None
+    azimuth, elevation = c.sun_azimuth_deg.value, c.sun_elevation_deg.value
+    look = [azimuth, azimuth + 1.0], [elevation, elevation]
+    only = evening.radiance(*look, spp=4, sun_disc="only").radiance
+    assert (only[0] > 1e3).all()
+    assert (only[1] == 0).all()
+    off = evening.radiance(*look, spp=4, sun_disc="off").radiance
+    assert (off[0] < 1e-3 * only[0]).all()
+
+
+def test_files(evening: celaje.Sky, tmp_path: Path) -> None:
+    film = evening.render(size=8, spp=2)
+    for name, magic in [("a.png", b"\x89PNG"), ("b.exr", b"\x76\x2f\x31\x01"), ("c.hdr", b"#?")]:
+        film.save(tmp_path / name)
+        assert (tmp_path / name).read_bytes().startswith(magic)
+    text = (tmp_path / "b.exr").read_bytes()
+    assert b"S0.550,000000nm" in text
+    assert b"celaje.ozone_du.reason" in text
+    film.save(str(tmp_path / "d.png"), tone="srgb", exposure=-1.5, observer=1931)
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["a.png", "b.exr", "c.hdr", "d.png"]
+
+
+def test_colours_follow_the_arrays(evening: celaje.Sky) -> None:
+    film = evening.render(size=8, spp=4)
+    rgb = film.rgb()
+    assert rgb.shape == (8, 8, 3)
+    assert 0 <= rgb.min() <= rgb.max() <= 1
+    absolute = film.linear_srgb()
+    film.radiance *= 2
+    np.testing.assert_allclose(film.linear_srgb(), 2 * absolute, rtol=1e-5)
+    brighter = film.rgb(tone="none", exposure=1) - film.rgb(tone="none", exposure=0)
+    assert (brighter >= 0).all()
+    assert brighter.max() > 0
+
+
+def test_xarray_carries_units_and_reasons(evening: celaje.Sky) -> None:
+    film = evening.render("latlong", size=4, spp=2, seed=5)
+    data = film.xarray()
+    assert data.radiance.dims == ("y", "x", "wavelength")
+    assert data.radiance.attrs["units"] == "W m-2 sr-1 nm-1"
+    assert data.wavelength.attrs["standard_name"] == "radiation_wavelength"
+    assert data.attrs["seed"] == "5"
+    assert "satellite" in data.attrs["ozone_du.reason"]
+    assert np.shares_memory(data.radiance.values, film.radiance)
+    assert float(data.sza_deg) == pytest.approx(79.0, abs=0.01)
+    assert float(data.vza_deg[0, 0]) == pytest.approx(22.5)
+    blue = data.radiance.sel(wavelength=450.0)
+    assert isinstance(blue, xarray.DataArray)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals differ there")
+def test_ctrl_c_interrupts_a_render_within_a_fifth_of_a_second() -> None:
+    """Rationale: hours of work must be stoppable. Expected: KeyboardInterrupt, no crash, at once."""
+    program = (
+        "import celaje, sys\n"
+        "sky = celaje.sky(sun_elevation=10, wavelengths='400:700:10')\n"
+        "print('go', flush=True)\n"
+        "try:\n"
+        "    sky.render(size=512, spp=10**6)\n"
+        "except KeyboardInterrupt:\n"
+        "    print('stopped', flush=True)\n"
+        "    sky.render(size=2, spp=1)\n"
+        "    print('alive', flush=True)\n"
+    )
+    with subprocess.Popen(
+        [sys.executable, "-c", program], stdout=subprocess.PIPE, text=True
+    ) as child:
+        assert child.stdout is not None
+        assert child.stdout.readline() == "go\n"
+        time.sleep(0.5)
+        start = time.monotonic()
+        os.kill(child.pid, signal.SIGINT)
+        assert child.stdout.readline() == "stopped\n"
+        waited = time.monotonic() - start
+        assert child.stdout.readline() == "alive\n"
+        assert child.wait(timeout=30) == 0
+    assert waited < 0.2

@@ -1,0 +1,142 @@
+"""Conditions, atmosphere and medium of a sky: every stage is open."""
+
+from __future__ import annotations
+
+from datetime import datetime, timedelta, timezone
+
+import numpy as np
+import pvlib
+import pytest
+
+import celaje
+
+from .conftest import PLACE, TIME
+
+
+def test_conditions_have_value_unit_source_and_reason() -> None:
+    c = celaje.climate(at=PLACE, time=TIME)
+    for name, condition in c:
+        assert condition.source, name
+        assert condition.reason, name
+    assert c.ozone_du.unit == "DU"
+    assert 300 < c.ozone_du.value < 350
+    assert c.aerosol.value == "opac:continental-average"
+    assert c.albedo.unit == ""
+    assert c.time is not None
+    assert c.time.value == datetime(2026, 6, 21, 18, 30, tzinfo=timezone.utc)
+    assert c.latitude_deg is not None
+    assert c.latitude_deg.reason == "given by the user"
+    assert "ozone_du" in repr(c)
+    assert "refraction" in repr(c)
+
+
+def test_a_time_may_be_text_or_a_datetime_with_any_zone() -> None:
+    east = timezone(timedelta(hours=5, minutes=45))
+    same = [
+        celaje.climate(PLACE, time)
+        for time in (
+            TIME,
+            "2026-06-22T00:15+05:45",
+            datetime(2026, 6, 21, 18, 30, tzinfo=timezone.utc),
+            datetime(2026, 6, 22, 0, 15, tzinfo=east),
+        )
+    ]
+    assert len({c.sun_azimuth_deg.value for c in same}) == 1
+    assert celaje.climate("41.65, -0.88", TIME) == same[0]
+    fraction = celaje.climate(PLACE, "2026-06-21T18:30:01.25Z")
+    assert fraction.time is not None
+    assert fraction.time.value.microsecond == 250_000
+
+
+@pytest.mark.parametrize("place", [(41.65, -0.88), (-33.45, -70.66), (69.65, 18.96), (0.0, 179.9)])
+@pytest.mark.parametrize("time", ["1955-03-01T06:00Z", "2026-06-21T18:30Z", "2049-12-31T23:00Z"])
+def test_the_sun_stands_where_pvlib_sees_it(place: tuple[float, float], time: str) -> None:
+    """Another implementation of NREL's algorithm, with its own estimate of TT - UT1: 0.001 degrees."""
+    import pandas as pd
+
+    c = celaje.climate(place, time)
+    sun = pvlib.solarposition.spa_python(
+        pd.DatetimeIndex([time]), *place, altitude=0.0, delta_t=None
+    ).iloc[0]
+    assert c.sun_elevation_deg.value == pytest.approx(sun["elevation"], abs=1e-3)
+    turn = (c.sun_azimuth_deg.value - sun["azimuth"] + 180.0) % 360.0 - 180.0
+    assert abs(turn * np.cos(np.radians(sun["elevation"]))) < 1e-3
+
+
+def test_given_words_are_in_force() -> None:
+    sky = celaje.sky(
+        sun_elevation=5,
+        sun_azimuth=-90,
+        altitude=500,
+        aerosol="desert",
+        aod_550=0.2,
+        turbidity=2,
+        humidity=50,
+        ozone=250,
+        albedo="fresh-snow",
+        atmosphere="tropical",
+        sun_spectrum="gueymard2004",
+        wavelengths="400:700:100",
+    )
+    c = sky.conditions
+    assert c is not None
+    given = [c.sun_elevation_deg, c.sun_azimuth_deg, c.altitude_m, c.ozone_du, c.aod_550]
+    assert [x.value for x in given] == pytest.approx([5, 270, 500, 250, 0.4])
+    assert (c.aerosol.value, c.atmosphere.value, c.albedo.value) == ("desert", "tropical", 0.95)
+    assert c.humidity_percent.value == 50
+    assert c.latitude_deg is None
+    assert c.time is None
+    assert sky.wavelength_nm.tolist() == [400, 500, 600, 700]
+    assert sky.albedo.tolist() == [0.95] * 4
+    assert sky.medium.altitude_m[0] == 500
+    same = celaje.climate(PLACE, TIME, ozone_climate="arosa")
+    assert "Arosa" in same.ozone_du.reason
+    aod = celaje.sky(sun_elevation=5, aod=0.3, wavelengths=[550.0]).conditions
+    assert aod is not None
+    assert aod.aod_550.value == 0.3
+
+
+def test_atmosphere_holds_what_the_conditions_say(evening: celaje.Sky) -> None:
+    """The ozone of the profile adds up to the column in force; the air to a surface pressure."""
+    air, c = evening.atmosphere, evening.conditions
+    assert air is not None
+    assert c is not None
+    step = np.diff(air.altitude_m)
+    ozone = air.ozone_number_density
+    column_du = float(np.sum(0.5 * (ozone[1:] + ozone[:-1]) * step)) / 2.68678e20
+    assert column_du == pytest.approx(c.ozone_du.value, rel=1e-6)
+    # Ideal gas, k = 1.380649e-23 J/K.
+    density = air.pressure_pa / (1.380649e-23 * air.temperature_k)
+    assert density[0] == pytest.approx(air.air_number_density[0], rel=5e-3)
+    assert 250 < air.temperature_k[0] < 310
+    assert {"mixing layer", "stratosphere"} <= set(air.aerosol_number_density)
+
+
+def test_medium_of_a_sky_has_the_optical_depths_of_its_parts(evening: celaje.Sky) -> None:
+    """At 550 nm: Rayleigh 0.097, aerosol 0.12 and the stratosphere's, ozone 0.03 (329 DU): 0.25 in all."""
+    depth = evening.medium.vertical_optical_depth()
+    assert depth.shape == (3,)
+    assert 0.24 < depth[1] < 0.27
+    medium = evening.medium
+    assert medium.sigma_t.shape == (medium.altitude_m.size, 3)
+    total = np.sum([sigma_s for sigma_s, _ in medium.species], axis=0)
+    np.testing.assert_allclose(total, medium.sigma_s, rtol=1e-5, atol=1e-15)
+    assert (medium.sigma_a >= 0).all()
+    # A copy: what is done to it does not reach the sky.
+    medium.add(1e-3, 0.0, celaje.Phase.rayleigh())
+    assert evening.medium.vertical_optical_depth()[1] == depth[1]
+
+
+def test_the_sun_above_the_air_is_the_solar_constant() -> None:
+    """TSIS-1, 280 to 2500 nm: 1309.41 W/m2 at 1 au."""
+    sky = celaje.sky(sun_elevation=30, aod_550=0, wavelengths="280:2500:20")
+    assert float(sky.sun_irradiance.sum() * 20) == pytest.approx(1309.4, rel=0.01)
+
+
+def test_spelling_of_wavelengths() -> None:
+    def nm(wavelengths: object) -> list[float]:
+        sky = celaje.sky(sun_elevation=30, aod_550=0, wavelengths=wavelengths)  # type: ignore[arg-type]
+        return list(sky.wavelength_nm)
+
+    assert nm("450,550") == nm([450, 550]) == nm(np.array([450.0, 550.0])) == [450.0, 550.0]
+    assert nm(550) == [550.0]
