@@ -6,7 +6,7 @@
 use celaje::math::Vec3;
 use celaje::medium::LayeredMedium;
 use celaje::optics::Phase;
-use celaje::transport::{Path, Scene, SunLight};
+use celaje::transport::{Accuracy, Integrator, Path, Scene, Shells, SunLight};
 use celaje_harness::{estimate, seed_from_name};
 
 use crate::support::{batches, csv_rows, value, Job};
@@ -60,7 +60,12 @@ fn published(method: &str) -> Vec<Cell> {
 }
 
 /// Ours over theirs − 1 for every published cell, with our relative standard error.
-fn compare(method: &str, spp: u32, max_order: Option<u32>) -> Vec<(Cell, f64, f64)> {
+fn compare(
+    integrator: &dyn Integrator<LayeredMedium>,
+    method: &str,
+    spp: u32,
+    max_order: Option<u32>,
+) -> Vec<(Cell, f64, f64)> {
     let cells = published(method);
     let mut wavelength_nm: Vec<f64> = cells.iter().map(|c| c.wavelength_nm).collect();
     wavelength_nm.sort_by(f64::total_cmp);
@@ -83,11 +88,11 @@ fn compare(method: &str, spp: u32, max_order: Option<u32>) -> Vec<(Cell, f64, f6
     let scene = Scene::new(&medium, sun, &vec![0.1; n]).unwrap();
     let job = Job {
         seed: seed_from_name(&format!("peer scene {method}")),
-        batches: 8,
+        batches: if spp > 1 { 8 } else { 3 },
         spp,
         max_order,
     };
-    let films = batches(&Path, &scene, PLANET_RADIUS_M, &looks, job);
+    let films = batches(integrator, &scene, PLANET_RADIUS_M, &looks, job);
     cells
         .into_iter()
         .map(|c| {
@@ -152,7 +157,7 @@ fn report(name: &str, cells: &[(Cell, f64, f64)]) -> Summary {
 
 #[test]
 fn all_orders() {
-    let cells = compare("SO", 8192, None);
+    let cells = compare(&Path, "SO", 8192, None);
     let all = report("all orders", &cells);
     assert!(all.noise < 0.003, "noise {}", all.noise);
     assert!(
@@ -165,7 +170,29 @@ fn all_orders() {
 
 #[test]
 fn single_scattering() {
-    let cells = compare("SS", 8192, Some(1));
+    let cells = compare(&Path, "SS", 8192, Some(1));
     let all = report("single scattering", &cells);
     assert!(all.mean.abs() < 0.002, "mean {}", all.mean);
+}
+
+/// Rationale: the fast solver against a deterministic code of the same kind. Expected: within 0.3 % rms.
+#[test]
+fn shells_all_orders() {
+    for (accuracy, limit) in [
+        (Accuracy::Preview, 0.02),
+        (Accuracy::Default, 0.003),
+        (Accuracy::High, 0.002),
+    ] {
+        let cells = compare(&Shells { accuracy }, "SO", 1, None);
+        let all = report(&format!("shells {accuracy:?}"), &cells);
+        assert!(
+            all.rms < limit,
+            "{accuracy:?}: mean {} rms {}",
+            all.mean,
+            all.rms
+        );
+    }
+    let cells = compare(&Shells::default(), "SS", 1, Some(1));
+    let all = report("shells, single scattering", &cells);
+    assert!(all.rms < 0.002, "mean {} rms {}", all.mean, all.rms);
 }

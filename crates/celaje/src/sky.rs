@@ -13,7 +13,8 @@ use crate::optics::{aerosol_optics, AerosolOptics};
 use crate::sensor::Sensor;
 use crate::spectrum::{SolarSpectrum, WavelengthGrid};
 use crate::transport::{
-    Budget, Classic, Control, Integrator, Observer, Path, Scene, SunLight, Tracker,
+    Accuracy, Budget, Classic, Control, Integrator, Observer, Path, Scene, Shells, SunLight,
+    Tracker,
 };
 
 /// Radius of sea level \[m\]; the atmosphere ends 100 km above it.
@@ -23,6 +24,8 @@ pub const PLANET_RADIUS_M: f64 = 6_360_000.0;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum Method {
+    /// Successive orders of scattering: deterministic, without noise.
+    Shells,
     /// The reference: all wavelengths on one path, unbiased.
     #[default]
     Path,
@@ -34,7 +37,12 @@ pub enum Method {
 
 impl Method {
     /// Every method with its name and a line of meaning.
-    pub const ALL: [(Self, &'static str, &'static str); 3] = [
+    pub const ALL: [(Self, &'static str, &'static str); 4] = [
+        (
+            Self::Shells,
+            "shells",
+            "successive orders of scattering: fast and without noise",
+        ),
         (
             Self::Path,
             "path",
@@ -249,6 +257,9 @@ impl Sky {
             progress,
         };
         let integrator: &dyn Integrator<LayeredMedium> = match options.method {
+            Method::Shells => &Shells {
+                accuracy: Accuracy::Default,
+            },
             Method::Path => &Path,
             Method::Tracker => &Tracker,
             Method::Classic => &Classic,

@@ -144,6 +144,52 @@ impl LayeredMedium {
         &self.radius_m
     }
 
+    /// One species' σ_s at a node \[m⁻¹\], one row.
+    pub(crate) fn species_row(&self, species: usize, node: usize) -> &[f32] {
+        &self.species[species][node * self.lanes..(node + 1) * self.lanes]
+    }
+
+    /// Node below a radius and how far it is on the way to the next, in [0, 1].
+    #[inline(always)]
+    pub(crate) fn locate_radius(&self, r: f64) -> (usize, f32) {
+        let i = self.guide.interval(r);
+        let (below, above) = (self.radius_m[i], self.radius_m[i + 1]);
+        (i, ((r - below) / (above - below)).clamp(0.0, 1.0) as f32)
+    }
+
+    /// The same air at some of its wavelengths, with a share `cut(species, i)` of each species' scattering at the i-th of
+    /// them left out of the extinction. It keeps totals only: no species, no phase functions.
+    pub(crate) fn truncated(&self, chosen: &[usize], cut: &dyn Fn(usize, usize) -> f64) -> Self {
+        let lanes = lanes::padded(chosen.len());
+        let nodes = self.radius_m.len();
+        let (mut sigma_t, mut sigma_s) = (vec![0.0; nodes * lanes], vec![0.0; nodes * lanes]);
+        for node in 0..nodes {
+            for (j, &lane) in chosen.iter().enumerate() {
+                let left_out: f64 = (0..self.species.len())
+                    .map(|k| cut(k, j) * f64::from(self.species_row(k, node)[lane]))
+                    .sum();
+                let (from, to) = (node * self.lanes + lane, node * lanes + j);
+                sigma_t[to] = (f64::from(self.sigma_t[from]) - left_out) as f32;
+                sigma_s[to] = (f64::from(self.sigma_s[from]) - left_out) as f32;
+            }
+        }
+        Self {
+            wavelength_nm: chosen
+                .iter()
+                .map(|&lane| self.wavelength_nm[lane])
+                .collect(),
+            lanes,
+            altitude_m: self.altitude_m.clone(),
+            radius_m: self.radius_m.clone(),
+            guide: self.guide.clone(),
+            majorant: Majorant::new(&self.radius_m, &sigma_t, lanes),
+            sigma_t,
+            sigma_s,
+            species: Vec::new(),
+            phases: Vec::new(),
+        }
+    }
+
     /// Finds the shell of a radius.
     pub(crate) fn guide(&self) -> &Guide {
         &self.guide
@@ -157,10 +203,7 @@ impl LayeredMedium {
     /// Node below a point and how far the point is on the way to the next, in [0, 1].
     #[inline(always)]
     fn locate(&self, at: Vec3) -> (usize, f32) {
-        let r = at.length();
-        let i = self.guide.interval(r);
-        let (below, above) = (self.radius_m[i], self.radius_m[i + 1]);
-        (i, ((r - below) / (above - below)).clamp(0.0, 1.0) as f32)
+        self.locate_radius(at.length())
     }
 
     #[inline(always)]

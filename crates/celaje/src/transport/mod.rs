@@ -11,6 +11,7 @@ mod first_order;
 mod path;
 mod render;
 mod scene;
+mod shells;
 mod tracker;
 mod tracking;
 mod weights;
@@ -19,6 +20,7 @@ pub use classic::Classic;
 pub use path::Path;
 pub use render::{Budget, Control, Observer};
 pub use scene::{Scene, SunLight};
+pub use shells::{Accuracy, Shells};
 pub use tracker::Tracker;
 pub use tracking::{free_path, transmittance, transmittance_at};
 

@@ -119,6 +119,11 @@ impl SunLight {
         2.0 * std::f64::consts::PI * self.one_minus_cos_radius
     }
 
+    /// Angular radius of the disc \[rad\].
+    pub fn angular_radius_rad(&self) -> f64 {
+        2.0 * (0.5 * self.one_minus_cos_radius).sqrt().asin()
+    }
+
     /// A direction towards the sun, uniform over its disc, and `μ²` there: the squared cosine between the line of sight
     /// and the sun's surface, 1 in the middle and 0 at the limb. `u`, `v` uniform in [0, 1).
     #[inline(always)]

@@ -4,9 +4,6 @@
 //! `P_l(cos Θ) = Σ_m Ŷ_lm(ω) Ŷ_lm(ω')`. A phase function `p = Σ_l (2l + 1)/(4π) g_l P_l` then scatters the moments
 //! `M_lm = ∫ L Ŷ_lm dω` of a radiance into `Σ_lm (2l + 1)/(4π) g_l M_lm Ŷ_lm(ω)`: no interpolation over angles, ever.
 
-/// Highest degree that the solver uses.
-pub const MAX_DEGREE: usize = 12;
-
 /// Number of harmonics up to a degree.
 pub const fn count(degree: usize) -> usize {
     (degree + 1) * (degree + 2) / 2
@@ -48,7 +45,12 @@ impl Harmonics {
                 back[index(l, m)] = ((lf - 1.0) * (lf - 1.0) - mf * mf).max(0.0).sqrt() / norm;
             }
         }
-        Self { degree, diagonal, up, back }
+        Self {
+            degree,
+            diagonal,
+            up,
+            back,
+        }
     }
 
     /// `Ŷ_lm` for all l ≤ `degree` (at most the one of `new`), in the order of [`index`].
@@ -120,6 +122,8 @@ pub fn gauss_legendre(n: usize, a: f64, b: f64) -> Vec<(f64, f64)> {
 mod tests {
     use super::*;
 
+    const MAX_DEGREE: usize = 12;
+
     /// The addition theorem holds for directions on the symmetry plane's side of each other, with φ' = 0.
     #[test]
     fn addition_theorem() {
@@ -132,7 +136,10 @@ mod tests {
         let (mut p0, mut p1) = (1.0, x);
         for l in 1..=MAX_DEGREE {
             let sum: f32 = (0..=l).map(|m| a[index(l, m)] * b[index(l, m)]).sum();
-            assert!((f64::from(sum) - p1).abs() < 1e-5, "degree {l}: {sum} against {p1}");
+            assert!(
+                (f64::from(sum) - p1).abs() < 1e-5,
+                "degree {l}: {sum} against {p1}"
+            );
             let l = l as f64;
             (p0, p1) = (p1, ((2.0 * l + 1.0) * x * p1 - l * p0) / (l + 1.0));
         }
@@ -140,7 +147,10 @@ mod tests {
 
     #[test]
     fn gauss_is_exact_for_polynomials() {
-        let sum: f64 = gauss_legendre(5, 0.0, 2.0).iter().map(|(x, w)| w * x.powi(9)).sum();
+        let sum: f64 = gauss_legendre(5, 0.0, 2.0)
+            .iter()
+            .map(|(x, w)| w * x.powi(9))
+            .sum();
         assert!((sum - 1024.0 / 10.0).abs() < 1e-10);
         let sum: f64 = gauss_legendre(1, 0.0, 2.0).iter().map(|(x, w)| w * x).sum();
         assert!((sum - 2.0).abs() < 1e-14);

@@ -6,8 +6,11 @@ use crate::medium::{Columns, LayeredMedium, Medium, Ray, RayColumns, RayGeometry
 /// Longest step [m]: the sun's zenith angle turns by half a degree.
 const LONGEST_STEP_M: f64 = 50_000.0;
 
-/// Optical depth, at the first wavelength, above which a step is cut.
-const THICKEST_STEP: f64 = 0.3;
+/// Optical depth, at the first wavelength, above which a stretch is cut in parts.
+const THICKEST_STEP: f64 = 1.0;
+
+/// The upper of the two Gauss points of [0, 1]: `(1 + 1/√3)/2`.
+const GAUSS_2: f64 = 0.788_675_134_594_812_9;
 
 /// Altitudes at which rays are cut: a choice of the medium's nodes, dense near the ground, with both sides of each edge.
 #[derive(Debug, Clone)]
@@ -25,7 +28,8 @@ impl Levels {
         for (i, &r) in nodes.iter().enumerate().skip(1) {
             let last = radius_m[radius_m.len() - 1];
             let far = r - last >= spacing_m + growth * (r - ground);
-            let edge = r - nodes[i - 1] < EDGE_M || nodes.get(i + 1).is_some_and(|n| n - r < EDGE_M);
+            let edge =
+                r - nodes[i - 1] < EDGE_M || nodes.get(i + 1).is_some_and(|n| n - r < EDGE_M);
             if far || edge || i + 1 == nodes.len() {
                 radius_m.push(r);
             }
@@ -62,7 +66,6 @@ pub struct March {
     tangent: Vec<f32>,
     columns: Vec<f32>,
     tau: Vec<f32>,
-    sigma: Vec<f32>,
 }
 
 impl March {
@@ -73,7 +76,7 @@ impl March {
         self.start.resize(columns.count(), 0.0);
         self.tangent.resize(columns.count(), 0.0);
         self.columns.resize(columns.count(), 0.0);
-        for row in [&mut self.tau, &mut self.sigma, &mut self.through] {
+        for row in [&mut self.tau, &mut self.through] {
             row.resize(n, 0.0);
         }
         self.steps.clear();
@@ -96,24 +99,27 @@ impl March {
             let middle = 0.5 * (pair[0] + pair[1]);
             let thick = along.extinction(middle, 0) * length / THICKEST_STEP;
             let parts = thick.max(length / LONGEST_STEP_M).ceil().clamp(1.0, 12.0);
-            let ds = length / parts;
-            for part in 0..parts as usize {
-                let s = pair[0] + (part as f64 + 0.5) * ds;
+            // Two Gauss points in each part: exact for cubics, so for air that thins out exponentially nearly exact.
+            let ds = 0.5 * length / parts;
+            for half in 0..2 * parts as usize {
+                let offset = if half % 2 == 0 {
+                    1.0 - GAUSS_2
+                } else {
+                    GAUSS_2
+                };
+                let s = pair[0] + ((half - half % 2) as f64 + 2.0 * offset) * ds;
                 let (radius_m, mu) = along.geometry.at(s);
-                self.steps.push(Step { distance_m: s, radius_m, mu });
+                self.steps.push(Step {
+                    distance_m: s,
+                    radius_m,
+                    mu,
+                });
                 along.to(s, &mut self.columns);
                 columns.optical_depth(&self.columns, &mut self.tau);
-                medium.extinction(ray.at(s), &mut self.sigma);
                 let at = self.weights.len();
                 self.weights.resize(at + n, 0.0);
-                let row = &mut self.weights[at..];
-                lanes::exp_neg(&self.tau, row);
-                let ds = ds as f32;
-                for (w, &sigma) in row.iter_mut().zip(&self.sigma) {
-                    // ∫ exp(−σ (s − mid)) ds over the step, to fourth order.
-                    let x2 = (sigma * ds) * (sigma * ds);
-                    *w *= ds * (1.0 + x2 / 24.0);
-                }
+                lanes::exp_neg(&self.tau, &mut self.weights[at..]);
+                lanes::scale(&mut self.weights[at..], ds as f32);
             }
         }
         if meets_ground {

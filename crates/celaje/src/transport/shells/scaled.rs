@@ -3,9 +3,7 @@
 //! The δ-M method (Wiscombe 1977, doi:10.1175/1520-0469(1977)034<1408:TDMRYA>2.0.CO;2) counts a share `f = g_(L+1)` of each
 //! species' scattering as not scattered at all: its phase function then has only L degrees, and all optical depths shrink.
 
-use super::harmonics;
 use crate::math::lanes;
-use crate::math::Vec3;
 use crate::medium::{Columns, LayeredMedium, Medium};
 
 /// A medium with truncated phase functions, at a choice of wavelengths.
@@ -30,7 +28,12 @@ impl Scaled {
         let moments: Vec<Vec<Vec<f64>>> = original
             .phases()
             .iter()
-            .map(|p| chosen.iter().map(|&lane| p.legendre_moments(lane, degree + 1)).collect())
+            .map(|p| {
+                chosen
+                    .iter()
+                    .map(|&lane| p.legendre_moments(lane, degree + 1))
+                    .collect()
+            })
             .collect();
         let cut = |k: usize, j: usize| moments[k][j][degree + 1].max(0.0);
         let medium = original.truncated(&chosen, &cut);
@@ -61,10 +64,18 @@ impl Scaled {
                     .unwrap_or(0)
             })
             .collect();
-        let interval_degree =
-            (0..nodes).map(|i| node_degree[i].max(node_degree[(i + 1).min(nodes - 1)])).collect();
+        let interval_degree = (0..nodes)
+            .map(|i| node_degree[i].max(node_degree[(i + 1).min(nodes - 1)]))
+            .collect();
         let columns = Columns::new(&medium);
-        Self { medium, columns, chosen, degree, coefficients, interval_degree }
+        Self {
+            medium,
+            columns,
+            chosen,
+            degree,
+            coefficients,
+            interval_degree,
+        }
     }
 
     /// Coefficients at a radius, shape (degree + 1, lanes); returns the largest degree that matters there.
@@ -85,8 +96,19 @@ impl Scaled {
     /// Where the planet covers part of the disc, the rest shines; its transmittance is that of the grazing ray. Returns
     /// `false` in full shadow.
     #[inline(always)]
-    pub fn sun_transmittance(&self, sunlit: &mut Sunlit, radius_m: f64, mu_sun: f64, out: &mut [f32]) -> bool {
-        if !sunlit.columns(&self.columns, self.medium.ground_radius_m(), radius_m, mu_sun) {
+    pub fn sun_transmittance(
+        &self,
+        sunlit: &mut Sunlit,
+        radius_m: f64,
+        mu_sun: f64,
+        out: &mut [f32],
+    ) -> bool {
+        if !sunlit.columns(
+            &self.columns,
+            self.medium.ground_radius_m(),
+            radius_m,
+            mu_sun,
+        ) {
             return false;
         }
         self.columns.optical_depth(&sunlit.columns, &mut sunlit.tau);
@@ -123,7 +145,13 @@ impl Sunlit {
 
     /// Fills `columns` towards the sun and `visible`; `false` in full shadow.
     #[inline(always)]
-    pub fn columns(&mut self, columns: &Columns, ground_m: f64, radius_m: f64, mu_sun: f64) -> bool {
+    pub fn columns(
+        &mut self,
+        columns: &Columns,
+        ground_m: f64,
+        radius_m: f64,
+        mu_sun: f64,
+    ) -> bool {
         self.visible = 1.0;
         let ratio = (ground_m / radius_m).min(1.0);
         let mu_horizon = -(1.0 - ratio * ratio).sqrt();
@@ -167,14 +195,4 @@ pub fn cos_azimuth(mu: f64, mu_sun: f64, cos_theta: f64) -> f64 {
         return 1.0;
     }
     ((cos_theta - mu * mu_sun) / product.sqrt()).clamp(-1.0, 1.0)
-}
-
-/// Number of harmonics of a degree; re-exported for the tables' sizes.
-pub fn harmonics_of(degree: usize) -> usize {
-    harmonics::count(degree)
-}
-
-/// A point straight above the planet's centre.
-pub fn above(radius_m: f64) -> Vec3 {
-    Vec3::new(0.0, 0.0, radius_m)
 }
