@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicBool;
 
 use crate::climate::Conditions;
 use crate::composition::aerosol::AerosolType;
-use crate::composition::{AirProfile, Atmosphere};
+use crate::composition::{AirProfile, Atmosphere, GasColumns};
 use crate::error::{check_range, Error, Result};
 use crate::film::Film;
 use crate::math::Vec3;
@@ -115,6 +115,16 @@ pub struct Sky {
     pub albedo: Vec<f64>,
 }
 
+/// The columns of the gases among the conditions.
+fn gas_columns(conditions: &Conditions) -> GasColumns {
+    GasColumns {
+        ozone_du: conditions.ozone_du.value,
+        no2_du: conditions.no2_du.value,
+        water_mm: conditions.water_mm.value,
+        co2_ppm: conditions.co2_ppm.value,
+    }
+}
+
 impl Sky {
     /// The sky of some conditions.
     ///
@@ -133,7 +143,7 @@ impl Sky {
         aerosol.scale_to_aod_550(conditions.aod_550.value, ground_m)?;
         let grid = grid_with_edges(ground_m, &aerosol)?;
         let air = Atmosphere::named(&conditions.atmosphere.value)?
-            .profile(&grid, conditions.ozone_du.value)?;
+            .profile_with(&grid, &gas_columns(&conditions))?;
         let medium = from_atmosphere(&air, &aerosol, wavelength, PLANET_RADIUS_M)?;
 
         let position = conditions.sun()?;

@@ -72,6 +72,12 @@ pub struct Conditions {
     pub atmosphere: Condition<String>,
     /// Ozone column above the ground \[DU\]; 0 without ozone.
     pub ozone_du: Condition<f64>,
+    /// Nitrogen dioxide column above the ground \[DU\].
+    pub no2_du: Condition<f64>,
+    /// Precipitable water above the ground \[mm\].
+    pub water_mm: Condition<f64>,
+    /// Carbon dioxide \[ppm\].
+    pub co2_ppm: Condition<f64>,
     /// Aerosol type by name: bare names are AIAA types, `opac:…` OPAC's.
     pub aerosol: Condition<String>,
     /// Aerosol optical depth at 550 nm, vertical, from the ground up \[1\].
@@ -132,6 +138,7 @@ impl Conditions {
         };
         let season = Season::at(latitude_deg, instant);
         let class = AtmosphereClass::nearest(latitude_deg, season);
+        let atmosphere_name = overrides.atmosphere.as_deref().unwrap_or(class.name());
         Ok(Self {
             latitude_deg: Some(Condition::given(latitude_deg, "deg")),
             longitude_deg: Some(Condition::given(longitude_deg, "deg")),
@@ -165,6 +172,9 @@ impl Conditions {
                 Some(given) => given,
                 None => ozone()?,
             },
+            no2_du: overrides.no2(),
+            water_mm: overrides.water(atmosphere_name, altitude_m),
+            co2_ppm: overrides.co2(),
             aerosol: overrides.aerosol(),
             aod_550: overrides.aod_550(),
             humidity_percent: overrides.humidity(),
@@ -188,6 +198,8 @@ impl Conditions {
         overrides.check()?;
         let distance_au = overrides.sun_distance_au.unwrap_or(1.0);
         let sun = SunPosition::new(azimuth_deg, elevation_deg, distance_au)?;
+        let us76 = AtmosphereClass::Us76.name();
+        let atmosphere_name = overrides.atmosphere.as_deref().unwrap_or(us76);
         Ok(Self {
             latitude_deg: None,
             longitude_deg: None,
@@ -214,6 +226,9 @@ impl Conditions {
                     "no place given: usual for 45° N in June",
                 )
             }),
+            no2_du: overrides.no2(),
+            water_mm: overrides.water(atmosphere_name, overrides.altitude_m.unwrap_or(0.0)),
+            co2_ppm: overrides.co2(),
             aerosol: overrides.aerosol(),
             aod_550: overrides.aod_550(),
             humidity_percent: overrides.humidity(),
@@ -254,6 +269,9 @@ impl Conditions {
             number("sun_distance_au", &self.sun_distance_au, 6),
             name("atmosphere", &self.atmosphere),
             number("ozone_du", &self.ozone_du, 1),
+            number("no2_du", &self.no2_du, 3),
+            number("water_mm", &self.water_mm, 1),
+            number("co2_ppm", &self.co2_ppm, 0),
             name("aerosol", &self.aerosol),
             number("aod_550", &self.aod_550, 4),
             number("humidity_percent", &self.humidity_percent, 1),
@@ -298,10 +316,14 @@ fn row<T>(key: &'static str, c: &Condition<T>, value: String) -> ConditionRow {
     }
 }
 
-/// A number to so many decimals (one at least), without trailing zeros.
+/// A number to so many decimals, without trailing zeros.
 fn trimmed(value: f64, digits: usize) -> String {
     let text = format!("{value:.digits$}");
-    let text = text.trim_end_matches('0').trim_end_matches('.');
+    let text = if digits == 0 {
+        &text
+    } else {
+        text.trim_end_matches('0').trim_end_matches('.')
+    };
     if text == "-0" { "0" } else { text }.to_owned()
 }
 

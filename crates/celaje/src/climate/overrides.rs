@@ -31,6 +31,12 @@ pub struct Overrides {
     pub ozone_climate: Option<OzoneClimate>,
     /// Leave ozone out.
     pub no_ozone: bool,
+    /// Nitrogen dioxide column \[DU\], 0 to 20.
+    pub no2_du: Option<f64>,
+    /// Precipitable water \[mm\], 0 to 200.
+    pub water_mm: Option<f64>,
+    /// Carbon dioxide \[ppm\], 0 to 10 000.
+    pub co2_ppm: Option<f64>,
     /// Aerosol type by name; whether there is such a type is checked where it is composed.
     pub aerosol: Option<String>,
     /// Vertical aerosol optical depth at 550 nm \[1\], 0 to 10.
@@ -45,6 +51,9 @@ pub struct Overrides {
 
 /// Optical depth where none is given: near the mean over the globe, and the default of the AIAA types.
 const DEFAULT_AOD_550: f64 = 0.12;
+
+/// Scale height of water vapour \[m\].
+const WATER_SCALE_M: f64 = 2000.0;
 
 impl Overrides {
     /// Checks every value given.
@@ -62,6 +71,9 @@ impl Overrides {
         let distances_au = SunPosition::DISTANCE_RANGE_AU;
         check("sun distance", self.sun_distance_au, "au", distances_au)?;
         check("ozone", self.ozone_du, "DU", OZONE_RANGE_DU)?;
+        check("no2", self.no2_du, "DU", 0.0..=20.0)?;
+        check("water", self.water_mm, "mm", 0.0..=200.0)?;
+        check("co2", self.co2_ppm, "ppm", 0.0..=10_000.0)?;
         check("aod", self.aod_550, "", 0.0..=10.0)?;
         check("turbidity", self.turbidity, "", 0.0..=100.0)?;
         let optical_depth = self.aod_550().value;
@@ -97,6 +109,34 @@ impl Overrides {
             ));
         }
         self.ozone_du.map(|du| Condition::given(du, "DU"))
+    }
+
+    pub(super) fn no2(&self) -> Condition<f64> {
+        Condition::or_found(self.no2_du, "DU", || {
+            let reason = "left out unless given: 0.1 to 0.2 over clean land, 0.5 to 2 over cities";
+            Condition::new(0.0, "DU", "default", reason)
+        })
+    }
+
+    /// Precipitable water above a ground, `class` being the name of the atmosphere.
+    pub(super) fn water(&self, class: &str, ground_m: f64) -> Condition<f64> {
+        Condition::or_found(self.water_mm, "mm", || {
+            let at_sea_level =
+                AtmosphereClass::named(class).map_or(14.2, AtmosphereClass::water_mm);
+            Condition::new(
+                at_sea_level * (-ground_m / WATER_SCALE_M).exp(),
+                "mm",
+                "AFGL 1986, Anderson et al., AFGL-TR-86-0110",
+                "of the reference atmosphere, thinned by half for every 1.4 km of the ground above sea level",
+            )
+        })
+    }
+
+    pub(super) fn co2(&self) -> Condition<f64> {
+        Condition::or_found(self.co2_ppm, "ppm", || {
+            let reason = "global mean of 2023, the same for every year: 100 ppm change the blue of the sky by 0.01 %";
+            Condition::new(419.0, "ppm", "NOAA Global Monitoring Laboratory", reason)
+        })
     }
 
     pub(super) fn aerosol(&self) -> Condition<String> {

@@ -3,6 +3,8 @@
 use super::LayeredMedium;
 use crate::composition::{AirProfile, VerticalGrid};
 use crate::error::Result;
+use crate::optics::bands::BandAbsorption;
+use crate::optics::no2::No2Absorption;
 use crate::optics::ozone::OzoneAbsorption;
 use crate::optics::rayleigh::Rayleigh;
 use crate::optics::{AerosolOptics, LayerOptics, Phase};
@@ -37,7 +39,7 @@ pub fn grid_with_edges(ground_m: f64, aerosol: &AerosolOptics) -> Result<Vertica
     VerticalGrid::new(nodes)
 }
 
-/// The medium of an atmosphere: air, ozone, and the layers of an aerosol.
+/// The medium of an atmosphere: air with its absorbing gases, and the layers of an aerosol.
 ///
 /// # Arguments
 /// * `air` — densities and temperatures on a grid, best from [`grid_with_edges`]
@@ -54,28 +56,43 @@ pub fn from_atmosphere(
 ) -> Result<LayeredMedium> {
     let altitude_m = &air.altitude_m;
     let mut medium = LayeredMedium::new(altitude_m, wavelength.nm(), planet_radius_m)?;
-    let nothing = vec![0.0; altitude_m.len() * wavelength.len()];
-
-    // Air scatters, ozone absorbs at the temperature of its own layer; together they are one species.
+    // Air scatters; its gases absorb, some at the temperature of their own layer; together they are one species.
     let rayleigh = Rayleigh::new()?;
-    let xs_sca = rayleigh.xs_sca_on(wavelength)?;
+    let xs_sca = rayleigh.xs_sca_on(wavelength, air.co2_ppm)?;
     let depolarisation: Vec<f64> = wavelength
         .nm()
         .iter()
         .map(|&w| rayleigh.depolarisation(w))
         .collect();
-    let ozone = OzoneAbsorption::new(wavelength)?;
     let sigma_s = outer(&air.air_number_density, &xs_sca);
-    let mut sigma_a = Vec::with_capacity(nothing.len());
-    for (&density, &temperature_k) in air.ozone_number_density.iter().zip(&air.temperature_k) {
-        sigma_a.extend(ozone.xs_abs(temperature_k)?.iter().map(|xs| density * xs));
-    }
+    let sigma_a = gas_absorption(air, wavelength)?;
     medium.add(&sigma_s, &sigma_a, Phase::rayleigh(&depolarisation)?)?;
 
     for layer in aerosol.layers.iter().filter(|l| l.number_density_ref > 0.0) {
         add_aerosol_layer(&mut medium, aerosol, layer)?;
     }
     Ok(medium)
+}
+
+/// Absorption coefficient of all gases \[m⁻¹\], shape (altitude, wavelength).
+///
+/// # Errors
+/// [`crate::Error::OutOfRange`] for temperatures or amounts beyond the tables.
+pub fn gas_absorption(air: &AirProfile, wavelength: &WavelengthGrid) -> Result<Vec<f64>> {
+    let ozone = OzoneAbsorption::new(wavelength)?;
+    let no2 = No2Absorption::new(wavelength)?;
+    let bands = BandAbsorption::new(wavelength, air.water_column_mm())?;
+    let mut sigma_a = Vec::with_capacity(air.altitude_m.len() * wavelength.len());
+    for (i, &temperature_k) in air.temperature_k.iter().enumerate() {
+        let (xs_ozone, xs_no2) = (ozone.xs_abs(temperature_k)?, no2.xs_abs(temperature_k)?);
+        sigma_a.extend((0..wavelength.len()).map(|w| {
+            air.ozone_number_density[i] * xs_ozone[w]
+                + air.no2_number_density[i] * xs_no2[w]
+                + air.water_number_density[i] * bands.xs_water[w]
+                + air.air_number_density[i] * bands.xs_mixed_per_air[w]
+        }));
+    }
+    Ok(sigma_a)
 }
 
 fn add_aerosol_layer(
