@@ -1,6 +1,6 @@
 //! The shipped tables of particle optics against the Mie theory that they come from.
 
-use celaje::composition::aerosol::{aerosol_names, all_sources, AerosolType, ParticleSource};
+use celaje::composition::aerosol::{all_sources, AerosolType, ParticleSource};
 use celaje::optics::tables::{humidity_nodes, lookup, wavelength_nodes_nm};
 use celaje::optics::{
     aerosol_optics, aerosol_optics_on, particle_optics, AngleGrid, ParticleOptics,
@@ -93,43 +93,63 @@ fn shipped_tables_are_what_mie_theory_says() {
     }
 }
 
-/// Between wavelength nodes, away from humidity's.
+/// Between wavelength nodes, at nodes of humidity: extinction within 0.07 %, F11 within 1 % and mostly within 0.3 %, the
+/// ratios within 0.011; three times as much for the insoluble component below 300 and beyond 2000 nm.
 #[test]
 fn interpolation_over_wavelength_errs_as_stated() {
     for (i, source) in sample().iter().enumerate() {
         for nm in [284.7, 312.0, 362.5, 537.0, 869.0, 1181.5, 2360.0] {
             let humidity = humidity_nodes(source)[(5 * i) % humidity_nodes(source).len()];
             let worst = compare(source, humidity, nm);
-            println!("{} {humidity} {nm} {worst:?}", source.table_name().unwrap());
+            let name = source.table_name().unwrap();
+            let what = format!("{name} {humidity} % {nm} nm {worst:?}");
+            // The insoluble component's index leaps from row to row below 300 and beyond 2000 nm.
+            let steep = name == "inso" && !(300.0..2000.0).contains(&nm);
+            let times = if steep { 3.5 } else { 1.0 };
+            assert!(worst.ext < 7e-4 * times, "{what}");
+            assert!(worst.ssa < 3e-4 * times, "{what}");
+            assert!(worst.asymmetry < 1e-4 * times, "{what}");
+            assert!(worst.f11 < 0.01 * times, "{what}");
+            assert!(worst.ratio < 0.011 * times, "{what}");
         }
     }
 }
 
-/// Between humidity nodes.
+/// Between humidity nodes, against the particle that κ-Köhler theory puts there (`opac::component`). The cross sections are
+/// never off by more than 0.12 %; phase functions of drying salt are, in its rainbow, which moves and fades.
 #[test]
 fn interpolation_over_humidity_errs_as_stated() {
     for source in [
         opac("waso"),
         opac("ssam"),
+        opac("sscm"),
         opac("suso"),
         aiaa("maritime", "ssam"),
         aiaa("rural", "waso"),
-        opac("sscm"),
     ] {
+        let name = source.table_name().unwrap();
         for (humidity, nm) in [
             (5.0, 400.0),
-            (15.0, 400.0),
             (27.0, 400.0),
-            (43.0, 400.0),
+            (43.0, 550.0),
             (61.0, 1000.0),
             (75.0, 400.0),
             (86.0, 550.0),
-            (93.0, 700.0),
             (97.0, 400.0),
             (98.6, 400.0),
         ] {
             let worst = compare(&source, humidity, nm);
-            println!("{} {humidity} {nm} {worst:?}", source.table_name().unwrap());
+            let what = format!("{name} {humidity} % {nm} nm {worst:?}");
+            assert!(worst.ext < 1.2e-3 && worst.ssa < 1e-4, "{what}");
+            assert!(worst.asymmetry < 2e-4, "{what}");
+            let (f11, ratio) = match (name.as_str(), humidity < 50.0) {
+                // Coarse salt scatters 1 % of the light of the air that it is in.
+                ("sscm", true) => (0.2, 0.065),
+                ("sscm", false) => (0.035, 0.016),
+                ("ssam" | "maritime/ssam", true) => (0.02, 0.02),
+                _ => (0.005, 0.006),
+            };
+            assert!(worst.f11 < f11 && worst.ratio < ratio, "{what}");
         }
     }
 }
@@ -164,7 +184,8 @@ fn every_particle_is_in_the_tables() {
     assert_eq!(kinds, 157);
 }
 
-/// Whole types from tables are those from Mie theory: optical depth is the same by definition, albedo and asymmetry too.
+/// Whole types from tables are types from Mie theory, per layer and far from the nodes: extinction within 0.02 %, albedo and
+/// asymmetry within 1e-4, the phase function within 0.5 %.
 #[test]
 fn types_from_tables_are_types_from_mie_theory() {
     let grid = WavelengthGrid::new(vec![412.0, 672.0]).unwrap();
@@ -179,12 +200,15 @@ fn types_from_tables_are_types_from_mie_theory() {
         let mie = aerosol_optics_on(&aerosol, 83.0, &grid, &AngleGrid::default()).unwrap();
         for (a, b) in table.layers.iter().zip(&mie.layers) {
             for w in 0..2 {
-                let ext = a.xs_ext[w] / b.xs_ext[w] - 1.0;
+                let what = format!("{name} {} {} nm", a.name, grid.nm()[w]);
                 let ssa = a.xs_sca[w] / a.xs_ext[w] - b.xs_sca[w] / b.xs_ext[w];
-                let g = a.asymmetry[w] - b.asymmetry[w];
-                println!("{name} {} {ext:e} {ssa:e} {g:e}", a.name);
+                assert!((a.xs_ext[w] / b.xs_ext[w] - 1.0).abs() < 2e-4, "{what}");
+                assert!(ssa.abs() < 1e-4, "{what} {ssa}");
+                assert!((a.asymmetry[w] - b.asymmetry[w]).abs() < 1e-4, "{what}");
+                for (x, y) in a.matrix[w].f11.iter().zip(&b.matrix[w].f11) {
+                    assert!((x / y - 1.0).abs() < 0.005, "{what} {}", x / y);
+                }
             }
         }
     }
-    assert_eq!(aerosol_names().len(), 20);
 }

@@ -82,6 +82,14 @@ pub struct Conditions {
     pub aerosol: Condition<String>,
     /// Aerosol optical depth at 550 nm, vertical, from the ground up \[1\].
     pub aod_550: Condition<f64>,
+    /// Visibility at the ground \[km\], which sets the optical depth if it is given.
+    pub visibility_km: Option<Condition<f64>>,
+    /// Factor on the amount of the type's own definition, which sets the optical depth if it is given \[1\].
+    pub tabulated_factor: Option<Condition<f64>>,
+    /// Aerosol of the stratosphere by name.
+    pub stratosphere: Condition<String>,
+    /// Aerosol of the mesosphere by name.
+    pub mesosphere: Condition<String>,
     /// Relative humidity of the aerosol \[%\].
     pub humidity_percent: Condition<f64>,
     /// Albedo of the ground, Lambertian \[1\].
@@ -177,6 +185,10 @@ impl Conditions {
             co2_ppm: overrides.co2(),
             aerosol: overrides.aerosol(),
             aod_550: overrides.aod_550(),
+            visibility_km: overrides.visibility_km.map(|v| Condition::given(v, "km")),
+            tabulated_factor: overrides.tabulated_factor(),
+            stratosphere: overrides.stratosphere(),
+            mesosphere: overrides.mesosphere(),
             humidity_percent: overrides.humidity(),
             albedo: overrides.albedo(),
         })
@@ -231,6 +243,10 @@ impl Conditions {
             co2_ppm: overrides.co2(),
             aerosol: overrides.aerosol(),
             aod_550: overrides.aod_550(),
+            visibility_km: overrides.visibility_km.map(|v| Condition::given(v, "km")),
+            tabulated_factor: overrides.tabulated_factor(),
+            stratosphere: overrides.stratosphere(),
+            mesosphere: overrides.mesosphere(),
             humidity_percent: overrides.humidity(),
             albedo: overrides.albedo(),
         })
@@ -273,7 +289,20 @@ impl Conditions {
             number("water_mm", &self.water_mm, 1),
             number("co2_ppm", &self.co2_ppm, 0),
             name("aerosol", &self.aerosol),
-            number("aod_550", &self.aod_550, 4),
+        ]);
+        if let Some(c) = &self.visibility_km {
+            rows.push(number("visibility_km", c, 3));
+        }
+        if let Some(c) = &self.tabulated_factor {
+            rows.push(number("tabulated_factor", c, 4));
+        }
+        // Visibility and tabulated amounts set the optical depth when the sky is composed.
+        if self.visibility_km.is_none() && self.tabulated_factor.is_none() {
+            rows.push(number("aod_550", &self.aod_550, 4));
+        }
+        rows.extend([
+            name("stratosphere", &self.stratosphere),
+            name("mesosphere", &self.mesosphere),
             number("humidity_percent", &self.humidity_percent, 1),
             number("albedo", &self.albedo, 4),
         ]);

@@ -43,6 +43,14 @@ pub struct Overrides {
     pub aod_550: Option<f64>,
     /// Factor on the aerosol optical depth, given or not \[1\], 0 to 100; their product is 10 at most.
     pub turbidity: Option<f64>,
+    /// Visibility at the ground \[km\], 0.1 to 400, instead of an optical depth.
+    pub visibility_km: Option<f64>,
+    /// Aerosol in the amount of its type's definition (times turbidity), instead of an optical depth.
+    pub aerosol_as_tabulated: bool,
+    /// Aerosol of the stratosphere by name; which there are is known where it is composed.
+    pub stratosphere: Option<String>,
+    /// Aerosol of the mesosphere by name; which there are is known where it is composed.
+    pub mesosphere: Option<String>,
     /// Relative humidity of the aerosol \[%\], 0 to 99.
     pub humidity_percent: Option<f64>,
     /// Albedo of the ground.
@@ -78,6 +86,18 @@ impl Overrides {
         check("turbidity", self.turbidity, "", 0.0..=100.0)?;
         let optical_depth = self.aod_550().value;
         check("aod times turbidity", Some(optical_depth), "", 0.0..=10.0)?;
+        check("visibility", self.visibility_km, "km", 0.1..=400.0)?;
+        let amounts = [
+            self.aod_550.is_some() || (self.turbidity.is_some() && !self.aerosol_as_tabulated),
+            self.visibility_km.is_some(),
+            self.aerosol_as_tabulated,
+        ];
+        if amounts.iter().filter(|given| **given).count() > 1 {
+            return Err(Error::invalid(
+                "the amount of aerosol is given twice",
+                "give an optical depth, or a visibility, or take it as tabulated",
+            ));
+        }
         check("humidity", self.humidity_percent, "%", 0.0..=99.0)?;
         if let Some(Albedo::Value(albedo)) = self.albedo {
             Albedo::new(albedo)?;
@@ -148,6 +168,28 @@ impl Overrides {
                 "the same everywhere: the climate of aerosols is simple as yet and knows no places",
             )
         })
+    }
+
+    pub(super) fn stratosphere(&self) -> Condition<String> {
+        Condition::or_found(self.stratosphere.clone(), "", || {
+            let reason = "no great eruption is assumed";
+            Condition::new("background".to_owned(), "", "default", reason)
+        })
+    }
+
+    pub(super) fn mesosphere(&self) -> Condition<String> {
+        Condition::or_found(self.mesosphere.clone(), "", || {
+            let reason = "meteoric dust in normal years; no noctilucent clouds are assumed";
+            Condition::new("dust".to_owned(), "", "LOWTRAN 7", reason)
+        })
+    }
+
+    /// Factor on the tabulated amount of aerosol, if that is what is wanted.
+    pub(super) fn tabulated_factor(&self) -> Option<Condition<f64>> {
+        let factor = self
+            .aerosol_as_tabulated
+            .then(|| self.turbidity.unwrap_or(1.0));
+        factor.map(|factor| Condition::given(factor, ""))
     }
 
     pub(super) fn aod_550(&self) -> Condition<f64> {

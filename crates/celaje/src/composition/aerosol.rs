@@ -356,6 +356,11 @@ fn opac_type(name: &str) -> Result<AerosolType> {
     })
 }
 
+/// OPAC's stratosphere: sulphuric acid from 12 to 35 km.
+pub(super) fn opac_stratosphere() -> Result<AerosolLayer> {
+    opac_upper_layer("stratosphere", 0.0, false)
+}
+
 /// A layer that OPAC gives to every type, cut off below `from_m`.
 fn opac_upper_layer(name: &str, from_m: f64, scales_with_aod: bool) -> Result<AerosolLayer> {
     let table = Table::parse("OPAC upper layers", OPAC_UPPER)?.select("layer", name)?;

@@ -103,13 +103,13 @@ impl VerticalProfile {
     }
 
     /// Altitudes at which the profile jumps or bends \[m\], increasing; a medium should have its nodes there.
-    pub fn breaks_m(&self) -> [f64; 2] {
+    pub fn breaks_m(&self) -> Vec<f64> {
         match *self {
-            Self::Sampled(ref samples) => samples.ends_m(),
+            Self::Sampled(ref samples) => samples.altitude_m.clone(),
             Self::Slab {
                 bottom_m, top_m, ..
-            } => [bottom_m, top_m],
-            Self::Tropospheric { tropopause_m, .. } => [tropopause_m - TAPER_M, tropopause_m],
+            } => vec![bottom_m, top_m],
+            Self::Tropospheric { tropopause_m, .. } => vec![tropopause_m - TAPER_M, tropopause_m],
         }
     }
 

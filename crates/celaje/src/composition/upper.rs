@@ -1,6 +1,8 @@
 //! What floats above the tropopause: the stratosphere's sulphuric acid or volcanic veil, the mesosphere's dust and ice.
 
-use super::aerosol::{AerosolLayer, LayerComponent, ParticleSource, VerticalProfile};
+use super::aerosol::{
+    opac_stratosphere, AerosolLayer, LayerComponent, ParticleSource, VerticalProfile,
+};
 use super::particle::{LognormalMode, Particle, RefractiveIndex, SizeDistribution};
 use crate::error::{Error, Result};
 use crate::math::interp::linear_clamped;
@@ -119,12 +121,13 @@ impl Stratosphere {
         find(&Self::ALL, "stratosphere", name)
     }
 
-    /// Its layers, given those that the aerosol type brings with it.
+    /// Its layers, given those that the aerosol type brings with it (OPAC's if it has none).
     ///
     /// # Errors
     /// [`Error::Invalid`] for damaged data.
     pub fn layers(self, of_type: Vec<AerosolLayer>) -> Result<Vec<AerosolLayer>> {
         match self {
+            Self::Background if of_type.is_empty() => Ok(vec![opac_stratosphere()?]),
             Self::Background => Ok(of_type),
             Self::VolcanicFresh => Ok(vec![lowtran_layer(
                 "stratosphere",

@@ -13,7 +13,7 @@ use crate::spectrum::WavelengthGrid;
 /// Half the height over which an aerosol layer's edge is drawn \[m\].
 const EDGE_M: f64 = 1.0;
 
-/// The standard grid above the ground, with a pair of nodes about each edge of an aerosol layer.
+/// The standard grid above the ground, with a pair of nodes about each edge of an aerosol layer and one where it bends.
 ///
 /// An edge between two nodes far apart would be drawn as a ramp; a pair 2 m apart keeps the layer's column.
 ///
@@ -21,17 +21,22 @@ const EDGE_M: f64 = 1.0;
 /// As [`VerticalGrid::standard`].
 pub fn grid_with_edges(ground_m: f64, aerosol: &AerosolOptics) -> Result<VerticalGrid> {
     let standard = VerticalGrid::standard(ground_m)?;
-    let mut edges: Vec<f64> = aerosol
-        .layers
-        .iter()
-        .flat_map(|l| l.profile.breaks_m())
-        .collect();
-    edges.retain(|&z| z > ground_m + 2.0 * EDGE_M && z < VerticalGrid::TOP_M - 2.0 * EDGE_M);
+    let inside = |z: &f64| *z > ground_m + 2.0 * EDGE_M && *z < VerticalGrid::TOP_M - 2.0 * EDGE_M;
+    let (mut edges, mut bends) = (Vec::new(), Vec::new());
+    for profile in aerosol.layers.iter().map(|layer| &layer.profile) {
+        for z in profile.breaks_m().into_iter().filter(inside) {
+            let (below, above) = (profile.relative(z - EDGE_M), profile.relative(z + EDGE_M));
+            let jumps = (above - below).abs() > 0.01 * above.max(below);
+            (if jumps { &mut edges } else { &mut bends }).push(z);
+        }
+    }
+    let clear_of_edges = |z: &f64| edges.iter().all(|e: &f64| (z - e).abs() > 2.0 * EDGE_M);
     let mut nodes: Vec<f64> = standard
         .altitude_m()
         .iter()
         .copied()
-        .filter(|z| edges.iter().all(|e| (z - e).abs() > 2.0 * EDGE_M))
+        .chain(bends.iter().copied())
+        .filter(clear_of_edges)
         .chain(edges.iter().flat_map(|e| [e - EDGE_M, e + EDGE_M]))
         .collect();
     nodes.sort_by(f64::total_cmp);

@@ -39,7 +39,7 @@ pub struct BandAbsorption {
 impl BandAbsorption {
     /// Effective cross sections for a vertical column of water.
     ///
-    /// Coefficients are linear between the 78 wavelengths of the source, 6 to 100 nm apart; the cross sections of 1 nm
+    /// Coefficients are linear between the 80 wavelengths of the source, 6 to 100 nm apart; the cross sections of 1 nm
     /// steps are averaged over the grid's bins.
     ///
     /// # Arguments
