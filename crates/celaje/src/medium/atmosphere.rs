@@ -3,7 +3,7 @@
 use super::LayeredMedium;
 use crate::composition::{AirProfile, VerticalGrid};
 use crate::error::Result;
-use crate::optics::bands::BandAbsorption;
+use crate::optics::bands::{oxygen_pairs, BandAbsorption, OXYGEN_SHARE};
 use crate::optics::no2::No2Absorption;
 use crate::optics::ozone::OzoneAbsorption;
 use crate::optics::rayleigh::Rayleigh;
@@ -87,14 +87,17 @@ pub fn gas_absorption(air: &AirProfile, wavelength: &WavelengthGrid) -> Result<V
     let ozone = OzoneAbsorption::new(wavelength)?;
     let no2 = No2Absorption::new(wavelength)?;
     let bands = BandAbsorption::new(wavelength, air.water_column_mm())?;
+    let xs_pairs = oxygen_pairs(wavelength)?;
     let mut sigma_a = Vec::with_capacity(air.altitude_m.len() * wavelength.len());
     for (i, &temperature_k) in air.temperature_k.iter().enumerate() {
         let (xs_ozone, xs_no2) = (ozone.xs_abs(temperature_k)?, no2.xs_abs(temperature_k)?);
+        let oxygen = OXYGEN_SHARE * air.air_number_density[i];
         sigma_a.extend((0..wavelength.len()).map(|w| {
             air.ozone_number_density[i] * xs_ozone[w]
                 + air.no2_number_density[i] * xs_no2[w]
                 + air.water_number_density[i] * bands.xs_water[w]
                 + air.air_number_density[i] * bands.xs_mixed_per_air[w]
+                + oxygen * oxygen * xs_pairs[w]
         }));
     }
     Ok(sigma_a)
