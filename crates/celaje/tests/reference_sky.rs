@@ -149,7 +149,7 @@ fn halving_the_vertical_step_changes_no_radiance() {
     let options = RenderOptions {
         method: Method::Path,
         budget: Budget {
-            spp: 65536,
+            spp: 16384,
             seed: 7,
             max_order: Some(1),
         },
@@ -369,6 +369,51 @@ fn an_aerosol_of_ones_own() {
     let grid = WavelengthGrid::new(vec![700.0]).unwrap();
     let refused = Sky::with_aerosol(conditions, &own.into(), &grid, SolarSpectrum::default());
     assert!(refused.is_err());
+}
+
+/// Layers without particles, or with fewer than none, and wavelengths beyond the data are refused; what is extrapolated below a
+/// table of indices is flagged.
+#[test]
+fn nonsense_compositions_are_refused() {
+    let grid = WavelengthGrid::new(vec![550.0]).unwrap();
+    for number_density in [-1.0, 0.0, f64::NAN] {
+        let mut aerosol = AerosolType::named("rural", 45.0).unwrap();
+        for component in &mut aerosol.layers[0].components {
+            component.number_density = number_density;
+        }
+        assert!(
+            aerosol_optics(&aerosol, 50.0, &grid).is_err(),
+            "{number_density}"
+        );
+    }
+    let rural = AerosolType::named("rural", 45.0).unwrap();
+    for humidity in [-1.0, 99.5, f64::NAN] {
+        assert!(
+            aerosol_optics(&rural, humidity, &grid).is_err(),
+            "{humidity}"
+        );
+    }
+    assert!(WavelengthGrid::new(vec![270.0]).is_err());
+    assert!(WavelengthGrid::new(vec![2600.0]).is_err());
+    let index = RefractiveIndex::new(
+        vec![400.0, 500.0, 600.0, 700.0],
+        vec![1.5, 1.5, 1.5, 1.5],
+        vec![0.03, 0.02, 0.01, 0.01],
+    );
+    let own = Aerosol {
+        name: "own".into(),
+        refractive_index: index.unwrap(),
+        size: SizeDistribution::lognormal(0.1, 1.5).unwrap(),
+        profile: VerticalProfile::sampled(vec![0.0, 1e3], vec![1.0, 1.0]).unwrap(),
+    };
+    let flagged = |nm: f64| {
+        let grid = WavelengthGrid::new(vec![nm]).unwrap();
+        let aerosol = AerosolType::from(own.clone());
+        aerosol_optics(&aerosol, 50.0, &grid).map(|optics| optics.extrapolated)
+    };
+    assert!(flagged(350.0).unwrap());
+    assert!(!flagged(450.0).unwrap());
+    assert!(flagged(750.0).is_err());
 }
 
 /// OPAC's published column optical depths, albedos, asymmetries and Ångström exponents of all ten types.

@@ -309,6 +309,34 @@ mod tests {
                 },
             ),
             (
+                "no2",
+                Overrides {
+                    no2_du: Some(-0.1),
+                    ..base()
+                },
+            ),
+            (
+                "water",
+                Overrides {
+                    water_mm: Some(nan),
+                    ..base()
+                },
+            ),
+            (
+                "co2",
+                Overrides {
+                    co2_ppm: Some(-1.0),
+                    ..base()
+                },
+            ),
+            (
+                "visibility",
+                Overrides {
+                    visibility_km: Some(0.0),
+                    ..base()
+                },
+            ),
+            (
                 "sun elevation",
                 Overrides {
                     sun_elevation_deg: Some(91.0),
@@ -340,6 +368,12 @@ mod tests {
             ..base()
         };
         assert!(matches!(unknown.check(), Err(Error::UnknownName { .. })));
+        let amounts = Overrides {
+            visibility_km: Some(20.0),
+            aod_550: Some(0.1),
+            ..base()
+        };
+        assert!(amounts.check().is_err());
         let both = Overrides {
             no_ozone: true,
             ozone_du: Some(300.0),
