@@ -355,11 +355,16 @@ impl Columns {
             (0..n).map(at).collect()
         };
         let f11: Vec<f64> = over_angle(&self.ln_f11).iter().map(|v| v.exp()).collect();
-        let [f12, f33, f34] = [0, 1, 2].map(|element| {
-            let mut column = over_angle(&self.ratios[element * plane..(element + 1) * plane]);
-            column.iter_mut().zip(&f11).for_each(|(r, f)| *r *= f);
-            column
-        });
+        let [mut f12, mut f33, mut f34] = [0, 1, 2]
+            .map(|element| over_angle(&self.ratios[element * plane..(element + 1) * plane]));
+        for i in 0..n {
+            // Rounding must not let light be polarised by more than all of it.
+            let squares = f12[i] * f12[i] + f33[i] * f33[i] + f34[i] * f34[i];
+            let factor = f11[i] / squares.max(1.0).sqrt();
+            for ratio in [&mut f12[i], &mut f33[i], &mut f34[i]] {
+                *ratio *= factor;
+            }
+        }
         let mut matrix = ScatteringMatrix { f11, f12, f33, f34 };
         matrix.scale(1.0 / angles.sphere_integral(&matrix.f11));
         let xs_ext = value(&self.ln_ext).exp();
