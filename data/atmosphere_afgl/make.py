@@ -9,7 +9,9 @@ SOURCE.csv has atmosphere, z_km, p_hPa, T_K, air_cm3, o3_cm3, h2o_cm3, no2_cm3 a
 import csv
 import sys
 
-rows = csv.DictReader(line for line in open(sys.argv[1], encoding="utf-8") if not line.startswith("#"))
+rows = csv.DictReader(
+    line for line in open(sys.argv[1], encoding="utf-8") if not line.startswith("#")
+)
 print("# AFGL 1986 reference atmospheres, altitude above sea level, 0-120 km. See SOURCE.md.")
 print("atmosphere,altitude_m,pressure_pa,temperature_k,air_m3,ozone_m3,water_m3,no2_m3")
 for r in rows:

@@ -11,6 +11,8 @@ import sys
 
 print("# Refractive index n + ik of ice at 266 K. See SOURCE.md.")
 print("wavelength_nm,n,k")
-for r in csv.DictReader(line for line in open(sys.argv[1], encoding="utf-8") if not line.startswith("#")):
+for r in csv.DictReader(
+    line for line in open(sys.argv[1], encoding="utf-8") if not line.startswith("#")
+):
     if r["material"] == "ice_warren2008":
         print(f"{float(r['wavelength_um']) * 1e3:g},{r['n']},{r['k']}")
