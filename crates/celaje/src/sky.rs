@@ -2,13 +2,15 @@
 
 use std::sync::atomic::AtomicBool;
 
-use crate::climate::Conditions;
+use crate::climate::{Condition, Conditions};
 use crate::composition::aerosol::AerosolType;
-use crate::composition::{AirProfile, Atmosphere};
+use crate::composition::upper::{Mesosphere, Stratosphere};
+use crate::composition::{AirProfile, Atmosphere, GasColumns};
 use crate::error::{check_range, Error, Result};
 use crate::film::Film;
 use crate::math::Vec3;
 use crate::medium::{from_atmosphere, grid_with_edges, LayeredMedium, Medium};
+use crate::optics::rayleigh::Rayleigh;
 use crate::optics::{aerosol_optics, AerosolOptics};
 use crate::sensor::Sensor;
 use crate::spectrum::{SolarSpectrum, WavelengthGrid};
@@ -123,6 +125,40 @@ pub struct Sky {
     pub albedo: Vec<f64>,
 }
 
+/// The columns of the gases among the conditions.
+fn gas_columns(conditions: &Conditions) -> GasColumns {
+    GasColumns {
+        ozone_du: conditions.ozone_du.value,
+        no2_du: conditions.no2_du.value,
+        water_mm: conditions.water_mm.value,
+        co2_ppm: conditions.co2_ppm.value,
+    }
+}
+
+/// Sets the amount of aerosol that the conditions ask for, and enters its optical depth there.
+fn load_aerosol(
+    aerosol: &mut AerosolOptics,
+    conditions: &mut Conditions,
+    air: &AirProfile,
+) -> Result<()> {
+    let ground_m = conditions.altitude_m.value;
+    let (method, reason) = if let Some(visibility) = &conditions.visibility_km {
+        let xs_sca = Rayleigh::new()?.xs_sca_with_co2(550.0, air.co2_ppm)?;
+        let sigma = air.air_number_density[0] * xs_sca;
+        aerosol.scale_to_visibility(visibility.value, sigma, ground_m)?;
+        let reason = format!("from a visibility of {} km", visibility.value);
+        ("Koschmieder's law at 550 nm", reason)
+    } else if let Some(factor) = &conditions.tabulated_factor {
+        aerosol.set_scale(factor.value)?;
+        let reason = format!("{} times the amount in the type's definition", factor.value);
+        ("number densities of the aerosol type", reason)
+    } else {
+        return aerosol.scale_to_aod_550(conditions.aod_550.value, ground_m);
+    };
+    conditions.aod_550 = Condition::new(aerosol.aod_550_above(ground_m), "", method, reason);
+    Ok(())
+}
+
 impl Sky {
     /// The sky of some conditions.
     ///
@@ -134,14 +170,33 @@ impl Sky {
         solar: SolarSpectrum,
     ) -> Result<Self> {
         let latitude_deg = conditions.latitude_deg.as_ref().map_or(45.0, |c| c.value);
+        let aerosol = AerosolType::named(&conditions.aerosol.value, latitude_deg)?;
+        Self::with_aerosol(conditions, &aerosol, wavelength, solar)
+    }
+
+    /// [`Sky::new`] with an aerosol of one's own in place of the conditions' type, such as a
+    /// [`crate::composition::aerosol::Aerosol`]; its amount, and the layers above the tropopause, are still the
+    /// conditions'.
+    ///
+    /// # Errors
+    /// As [`Sky::new`]; what the aerosol's refractive index does not cover.
+    pub fn with_aerosol(
+        mut conditions: Conditions,
+        aerosol: &AerosolType,
+        wavelength: &WavelengthGrid,
+        solar: SolarSpectrum,
+    ) -> Result<Self> {
         let ground_m = conditions.altitude_m.value;
-        let aerosol_type = AerosolType::named(&conditions.aerosol.value, latitude_deg)?;
-        let mut aerosol =
-            aerosol_optics(&aerosol_type, conditions.humidity_percent.value, wavelength)?;
-        aerosol.scale_to_aod_550(conditions.aod_550.value, ground_m)?;
+        let stratosphere = Stratosphere::named(&conditions.stratosphere.value)?;
+        let mut upper = stratosphere.layers(aerosol.upper_layers())?;
+        upper.extend(Mesosphere::named(&conditions.mesosphere.value)?.layers()?);
+        let aerosol = aerosol.clone().with_upper_layers(upper);
+        let mut aerosol = aerosol_optics(&aerosol, conditions.humidity_percent.value, wavelength)?;
+
         let grid = grid_with_edges(ground_m, &aerosol)?;
         let air = Atmosphere::named(&conditions.atmosphere.value)?
-            .profile(&grid, conditions.ozone_du.value)?;
+            .profile_with(&grid, &gas_columns(&conditions))?;
+        load_aerosol(&mut aerosol, &mut conditions, &air)?;
         let medium = from_atmosphere(&air, &aerosol, wavelength, PLANET_RADIUS_M)?;
 
         let position = conditions.sun()?;

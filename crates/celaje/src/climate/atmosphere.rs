@@ -19,17 +19,20 @@ pub enum AtmosphereClass {
     SubarcticSummer,
     /// AFGL sub-arctic winter, 60° N January.
     SubarcticWinter,
+    /// AFGL's own table of the U.S. standard, with its ozone.
+    AfglStandard,
 }
 
 impl AtmosphereClass {
     /// All of them, the standard first.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::Us76,
         Self::Tropical,
         Self::MidlatitudeSummer,
         Self::MidlatitudeWinter,
         Self::SubarcticSummer,
         Self::SubarcticWinter,
+        Self::AfglStandard,
     ];
 
     /// Name on the command line and in files.
@@ -41,6 +44,7 @@ impl AtmosphereClass {
             Self::MidlatitudeWinter => "midlatitude-winter",
             Self::SubarcticSummer => "subarctic-summer",
             Self::SubarcticWinter => "subarctic-winter",
+            Self::AfglStandard => "afgl-standard",
         }
     }
 
@@ -53,6 +57,20 @@ impl AtmosphereClass {
             Self::MidlatitudeWinter => "AFGL 1986 mid-latitude winter, 45° N January",
             Self::SubarcticSummer => "AFGL 1986 sub-arctic summer, 60° N July",
             Self::SubarcticWinter => "AFGL 1986 sub-arctic winter, 60° N January",
+            Self::AfglStandard => "AFGL 1986 U.S. standard, its own table of it",
+        }
+    }
+
+    /// Precipitable water of the reference atmosphere above sea level \[mm\] (Anderson et al. 1986, integrated log-linearly);
+    /// US76 is dry by definition and is given that of AFGL's standard.
+    pub fn water_mm(self) -> f64 {
+        match self {
+            Self::Tropical => 41.2,
+            Self::MidlatitudeSummer => 29.2,
+            Self::MidlatitudeWinter => 8.5,
+            Self::SubarcticSummer => 20.8,
+            Self::SubarcticWinter => 4.2,
+            Self::Us76 | Self::AfglStandard => 14.2,
         }
     }
 

@@ -72,10 +72,24 @@ pub struct Conditions {
     pub atmosphere: Condition<String>,
     /// Ozone column above the ground \[DU\]; 0 without ozone.
     pub ozone_du: Condition<f64>,
+    /// Nitrogen dioxide column above the ground \[DU\].
+    pub no2_du: Condition<f64>,
+    /// Precipitable water above the ground \[mm\].
+    pub water_mm: Condition<f64>,
+    /// Carbon dioxide \[ppm\].
+    pub co2_ppm: Condition<f64>,
     /// Aerosol type by name: bare names are AIAA types, `opac:…` OPAC's.
     pub aerosol: Condition<String>,
     /// Aerosol optical depth at 550 nm, vertical, from the ground up \[1\].
     pub aod_550: Condition<f64>,
+    /// Visibility at the ground \[km\], which sets the optical depth if it is given.
+    pub visibility_km: Option<Condition<f64>>,
+    /// Factor on the amount of the type's own definition, which sets the optical depth if it is given \[1\].
+    pub tabulated_factor: Option<Condition<f64>>,
+    /// Aerosol of the stratosphere by name.
+    pub stratosphere: Condition<String>,
+    /// Aerosol of the mesosphere by name.
+    pub mesosphere: Condition<String>,
     /// Relative humidity of the aerosol \[%\].
     pub humidity_percent: Condition<f64>,
     /// Albedo of the ground, Lambertian \[1\].
@@ -132,6 +146,7 @@ impl Conditions {
         };
         let season = Season::at(latitude_deg, instant);
         let class = AtmosphereClass::nearest(latitude_deg, season);
+        let atmosphere_name = overrides.atmosphere.as_deref().unwrap_or(class.name());
         Ok(Self {
             latitude_deg: Some(Condition::given(latitude_deg, "deg")),
             longitude_deg: Some(Condition::given(longitude_deg, "deg")),
@@ -165,8 +180,15 @@ impl Conditions {
                 Some(given) => given,
                 None => ozone()?,
             },
+            no2_du: overrides.no2(),
+            water_mm: overrides.water(atmosphere_name, altitude_m),
+            co2_ppm: overrides.co2(),
             aerosol: overrides.aerosol(),
             aod_550: overrides.aod_550(),
+            visibility_km: overrides.visibility_km.map(|v| Condition::given(v, "km")),
+            tabulated_factor: overrides.tabulated_factor(),
+            stratosphere: overrides.stratosphere(),
+            mesosphere: overrides.mesosphere(),
             humidity_percent: overrides.humidity(),
             albedo: overrides.albedo(),
         })
@@ -188,6 +210,8 @@ impl Conditions {
         overrides.check()?;
         let distance_au = overrides.sun_distance_au.unwrap_or(1.0);
         let sun = SunPosition::new(azimuth_deg, elevation_deg, distance_au)?;
+        let us76 = AtmosphereClass::Us76.name();
+        let atmosphere_name = overrides.atmosphere.as_deref().unwrap_or(us76);
         Ok(Self {
             latitude_deg: None,
             longitude_deg: None,
@@ -214,8 +238,15 @@ impl Conditions {
                     "no place given: usual for 45° N in June",
                 )
             }),
+            no2_du: overrides.no2(),
+            water_mm: overrides.water(atmosphere_name, overrides.altitude_m.unwrap_or(0.0)),
+            co2_ppm: overrides.co2(),
             aerosol: overrides.aerosol(),
             aod_550: overrides.aod_550(),
+            visibility_km: overrides.visibility_km.map(|v| Condition::given(v, "km")),
+            tabulated_factor: overrides.tabulated_factor(),
+            stratosphere: overrides.stratosphere(),
+            mesosphere: overrides.mesosphere(),
             humidity_percent: overrides.humidity(),
             albedo: overrides.albedo(),
         })
@@ -254,8 +285,24 @@ impl Conditions {
             number("sun_distance_au", &self.sun_distance_au, 6),
             name("atmosphere", &self.atmosphere),
             number("ozone_du", &self.ozone_du, 1),
+            number("no2_du", &self.no2_du, 3),
+            number("water_mm", &self.water_mm, 1),
+            number("co2_ppm", &self.co2_ppm, 0),
             name("aerosol", &self.aerosol),
-            number("aod_550", &self.aod_550, 4),
+        ]);
+        if let Some(c) = &self.visibility_km {
+            rows.push(number("visibility_km", c, 3));
+        }
+        if let Some(c) = &self.tabulated_factor {
+            rows.push(number("tabulated_factor", c, 4));
+        }
+        // Visibility and tabulated amounts set the optical depth when the sky is composed.
+        if self.visibility_km.is_none() && self.tabulated_factor.is_none() {
+            rows.push(number("aod_550", &self.aod_550, 4));
+        }
+        rows.extend([
+            name("stratosphere", &self.stratosphere),
+            name("mesosphere", &self.mesosphere),
             number("humidity_percent", &self.humidity_percent, 1),
             number("albedo", &self.albedo, 4),
         ]);
@@ -298,10 +345,14 @@ fn row<T>(key: &'static str, c: &Condition<T>, value: String) -> ConditionRow {
     }
 }
 
-/// A number to so many decimals (one at least), without trailing zeros.
+/// A number to so many decimals, without trailing zeros.
 fn trimmed(value: f64, digits: usize) -> String {
     let text = format!("{value:.digits$}");
-    let text = text.trim_end_matches('0').trim_end_matches('.');
+    let text = if digits == 0 {
+        &text
+    } else {
+        text.trim_end_matches('0').trim_end_matches('.')
+    };
     if text == "-0" { "0" } else { text }.to_owned()
 }
 

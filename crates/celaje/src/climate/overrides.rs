@@ -31,12 +31,26 @@ pub struct Overrides {
     pub ozone_climate: Option<OzoneClimate>,
     /// Leave ozone out.
     pub no_ozone: bool,
+    /// Nitrogen dioxide column \[DU\], 0 to 20.
+    pub no2_du: Option<f64>,
+    /// Precipitable water \[mm\], 0 to 200.
+    pub water_mm: Option<f64>,
+    /// Carbon dioxide \[ppm\], 0 to 10 000.
+    pub co2_ppm: Option<f64>,
     /// Aerosol type by name; whether there is such a type is checked where it is composed.
     pub aerosol: Option<String>,
     /// Vertical aerosol optical depth at 550 nm \[1\], 0 to 10.
     pub aod_550: Option<f64>,
     /// Factor on the aerosol optical depth, given or not \[1\], 0 to 100; their product is 10 at most.
     pub turbidity: Option<f64>,
+    /// Visibility at the ground \[km\], 0.1 to 400, instead of an optical depth.
+    pub visibility_km: Option<f64>,
+    /// Aerosol in the amount of its type's definition (times turbidity), instead of an optical depth.
+    pub aerosol_as_tabulated: bool,
+    /// Aerosol of the stratosphere by name; which there are is known where it is composed.
+    pub stratosphere: Option<String>,
+    /// Aerosol of the mesosphere by name; which there are is known where it is composed.
+    pub mesosphere: Option<String>,
     /// Relative humidity of the aerosol \[%\], 0 to 99.
     pub humidity_percent: Option<f64>,
     /// Albedo of the ground.
@@ -45,6 +59,9 @@ pub struct Overrides {
 
 /// Optical depth where none is given: near the mean over the globe, and the default of the AIAA types.
 const DEFAULT_AOD_550: f64 = 0.12;
+
+/// Scale height of water vapour \[m\].
+const WATER_SCALE_M: f64 = 2000.0;
 
 impl Overrides {
     /// Checks every value given.
@@ -62,10 +79,25 @@ impl Overrides {
         let distances_au = SunPosition::DISTANCE_RANGE_AU;
         check("sun distance", self.sun_distance_au, "au", distances_au)?;
         check("ozone", self.ozone_du, "DU", OZONE_RANGE_DU)?;
+        check("no2", self.no2_du, "DU", 0.0..=20.0)?;
+        check("water", self.water_mm, "mm", 0.0..=200.0)?;
+        check("co2", self.co2_ppm, "ppm", 0.0..=10_000.0)?;
         check("aod", self.aod_550, "", 0.0..=10.0)?;
         check("turbidity", self.turbidity, "", 0.0..=100.0)?;
         let optical_depth = self.aod_550().value;
         check("aod times turbidity", Some(optical_depth), "", 0.0..=10.0)?;
+        check("visibility", self.visibility_km, "km", 0.1..=400.0)?;
+        let amounts = [
+            self.aod_550.is_some() || (self.turbidity.is_some() && !self.aerosol_as_tabulated),
+            self.visibility_km.is_some(),
+            self.aerosol_as_tabulated,
+        ];
+        if amounts.iter().filter(|given| **given).count() > 1 {
+            return Err(Error::invalid(
+                "the amount of aerosol is given twice",
+                "give an optical depth, or a visibility, or take it as tabulated",
+            ));
+        }
         check("humidity", self.humidity_percent, "%", 0.0..=99.0)?;
         if let Some(Albedo::Value(albedo)) = self.albedo {
             Albedo::new(albedo)?;
@@ -99,6 +131,34 @@ impl Overrides {
         self.ozone_du.map(|du| Condition::given(du, "DU"))
     }
 
+    pub(super) fn no2(&self) -> Condition<f64> {
+        Condition::or_found(self.no2_du, "DU", || {
+            let reason = "left out unless given: 0.1 to 0.2 over clean land, 0.5 to 2 over cities";
+            Condition::new(0.0, "DU", "default", reason)
+        })
+    }
+
+    /// Precipitable water above a ground, `class` being the name of the atmosphere.
+    pub(super) fn water(&self, class: &str, ground_m: f64) -> Condition<f64> {
+        Condition::or_found(self.water_mm, "mm", || {
+            let at_sea_level =
+                AtmosphereClass::named(class).map_or(14.2, AtmosphereClass::water_mm);
+            Condition::new(
+                at_sea_level * (-ground_m / WATER_SCALE_M).exp(),
+                "mm",
+                "AFGL 1986, Anderson et al., AFGL-TR-86-0110",
+                "of the reference atmosphere, thinned by half for every 1.4 km of the ground above sea level",
+            )
+        })
+    }
+
+    pub(super) fn co2(&self) -> Condition<f64> {
+        Condition::or_found(self.co2_ppm, "ppm", || {
+            let reason = "global mean of 2023, the same for every year: 100 ppm change the blue of the sky by 0.01 %";
+            Condition::new(419.0, "ppm", "NOAA Global Monitoring Laboratory", reason)
+        })
+    }
+
     pub(super) fn aerosol(&self) -> Condition<String> {
         Condition::or_found(self.aerosol.clone(), "", || {
             Condition::new(
@@ -108,6 +168,28 @@ impl Overrides {
                 "the same everywhere: the climate of aerosols is simple as yet and knows no places",
             )
         })
+    }
+
+    pub(super) fn stratosphere(&self) -> Condition<String> {
+        Condition::or_found(self.stratosphere.clone(), "", || {
+            let reason = "no great eruption is assumed";
+            Condition::new("background".to_owned(), "", "default", reason)
+        })
+    }
+
+    pub(super) fn mesosphere(&self) -> Condition<String> {
+        Condition::or_found(self.mesosphere.clone(), "", || {
+            let reason = "meteoric dust in normal years; no noctilucent clouds are assumed";
+            Condition::new("dust".to_owned(), "", "LOWTRAN 7", reason)
+        })
+    }
+
+    /// Factor on the tabulated amount of aerosol, if that is what is wanted.
+    pub(super) fn tabulated_factor(&self) -> Option<Condition<f64>> {
+        let factor = self
+            .aerosol_as_tabulated
+            .then(|| self.turbidity.unwrap_or(1.0));
+        factor.map(|factor| Condition::given(factor, ""))
     }
 
     pub(super) fn aod_550(&self) -> Condition<f64> {
@@ -227,6 +309,34 @@ mod tests {
                 },
             ),
             (
+                "no2",
+                Overrides {
+                    no2_du: Some(-0.1),
+                    ..base()
+                },
+            ),
+            (
+                "water",
+                Overrides {
+                    water_mm: Some(nan),
+                    ..base()
+                },
+            ),
+            (
+                "co2",
+                Overrides {
+                    co2_ppm: Some(-1.0),
+                    ..base()
+                },
+            ),
+            (
+                "visibility",
+                Overrides {
+                    visibility_km: Some(0.0),
+                    ..base()
+                },
+            ),
+            (
                 "sun elevation",
                 Overrides {
                     sun_elevation_deg: Some(91.0),
@@ -258,6 +368,12 @@ mod tests {
             ..base()
         };
         assert!(matches!(unknown.check(), Err(Error::UnknownName { .. })));
+        let amounts = Overrides {
+            visibility_km: Some(20.0),
+            aod_550: Some(0.1),
+            ..base()
+        };
+        assert!(amounts.check().is_err());
         let both = Overrides {
             no_ozone: true,
             ozone_du: Some(300.0),

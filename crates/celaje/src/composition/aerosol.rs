@@ -9,9 +9,12 @@
 //! size.
 
 use super::opac;
-use super::particle::{LognormalMode, Particle, SizeDistribution};
-use super::table::{number, rows};
+use super::particle::{LognormalMode, Particle, RefractiveIndex, SizeDistribution};
+use super::upper::Spectrum;
+
+pub use super::profile::VerticalProfile;
 use crate::error::{check_range, Error, Result};
+use crate::math::Table;
 
 const OPAC_TYPES: &str = include_str!("../../../../data/aerosol_opac/types.csv");
 const OPAC_LAYERS: &str = include_str!("../../../../data/aerosol_opac/layers.csv");
@@ -23,117 +26,8 @@ const AIAA_SIZES: &str = include_str!("../../../../data/aerosol_aiaa/size_distri
 const AIAA_RADII_UM: [f64; 2] = [0.001, 100.0];
 /// A mixing layer goes on below sea level (Dead Sea shore: −430 m).
 const BELOW_SEA_LEVEL_M: f64 = -1000.0;
-/// Depth over which AIAA types fade out below the tropopause \[m\].
-const TAPER_M: f64 = 2000.0;
 /// Top of the stratospheric layer of OPAC \[m\], also given to the AIAA types.
 const STRATOSPHERE_TOP_M: f64 = 35e3;
-
-/// How number density falls off with altitude above sea level, relative to its value at a reference.
-#[derive(Debug, Clone, PartialEq)]
-#[non_exhaustive]
-pub enum VerticalProfile {
-    /// `exp(−(z − reference) / scale height)` from `bottom` to `top`, nothing outside; an infinite scale height is
-    /// constant.
-    Slab {
-        /// Altitude where the profile is 1 \[m\].
-        reference_m: f64,
-        /// Lower edge \[m\].
-        bottom_m: f64,
-        /// Upper edge \[m\].
-        top_m: f64,
-        /// Scale height \[m\], may be infinite.
-        scale_height_m: f64,
-    },
-    /// `exp(−z / scale height)`, brought smoothly to zero over the last 2 km below the tropopause.
-    Tropospheric {
-        /// Scale height \[m\], may be infinite.
-        scale_height_m: f64,
-        /// Altitude where the aerosol ends \[m\].
-        tropopause_m: f64,
-    },
-}
-
-impl VerticalProfile {
-    /// Value relative to the reference \[1\] at an altitude above sea level \[m\].
-    pub fn relative(&self, altitude_m: f64) -> f64 {
-        match *self {
-            Self::Slab {
-                reference_m,
-                bottom_m,
-                top_m,
-                scale_height_m,
-            } => {
-                if (bottom_m..=top_m).contains(&altitude_m) {
-                    (-(altitude_m - reference_m) / scale_height_m).exp()
-                } else {
-                    0.0
-                }
-            }
-            Self::Tropospheric {
-                scale_height_m,
-                tropopause_m,
-            } => {
-                let t = ((tropopause_m - altitude_m) / TAPER_M).clamp(0.0, 1.0);
-                (-altitude_m / scale_height_m).exp() * t * t * (3.0 - 2.0 * t)
-            }
-        }
-    }
-
-    /// `∫ relative dz` \[m\] from an altitude upwards.
-    pub fn column_above(&self, altitude_m: f64) -> f64 {
-        match *self {
-            Self::Slab {
-                reference_m,
-                bottom_m,
-                top_m,
-                scale_height_m,
-            } => {
-                let from = altitude_m.max(bottom_m);
-                if from >= top_m {
-                    0.0
-                } else if scale_height_m.is_infinite() {
-                    top_m - from
-                } else {
-                    let at = |z: f64| (-(z - reference_m) / scale_height_m).exp();
-                    scale_height_m * (at(from) - at(top_m))
-                }
-            }
-            Self::Tropospheric { tropopause_m, .. } => {
-                // Simpson's rule on either side of the taper's start, where the third derivative jumps.
-                let taper_m = tropopause_m - TAPER_M;
-                let from = altitude_m.min(tropopause_m);
-                self.simpson(from, from.max(taper_m))
-                    + self.simpson(from.max(taper_m), tropopause_m)
-            }
-        }
-    }
-
-    /// Altitudes at which the profile jumps or bends \[m\], increasing; a medium should have its nodes there.
-    pub fn breaks_m(&self) -> [f64; 2] {
-        match *self {
-            Self::Slab {
-                bottom_m, top_m, ..
-            } => [bottom_m, top_m],
-            Self::Tropospheric { tropopause_m, .. } => [tropopause_m - TAPER_M, tropopause_m],
-        }
-    }
-
-    fn simpson(&self, from_m: f64, to_m: f64) -> f64 {
-        const PANELS: usize = 200;
-        let step = (to_m - from_m) / (2 * PANELS) as f64;
-        let value = |i: usize| {
-            let weight = if i == 0 || i == 2 * PANELS {
-                1.0
-            } else if i % 2 == 1 {
-                4.0
-            } else {
-                2.0
-            };
-            weight * self.relative(from_m + step * i as f64)
-        };
-        (0..=2 * PANELS).map(value).sum::<f64>() * step / 3.0
-    }
-}
 
 /// Altitude of the tropopause \[m\]: 17 km at the equator, falling smoothly to 9 km at the poles.
 ///
@@ -154,27 +48,93 @@ pub enum ParticleSource {
     Opac(String),
     /// A component of OPAC at a humidity of its own \[%\].
     OpacAt(String, f64),
-    /// The matter of an OPAC component in particles of another size; the humidity \[%\] is the air's if `None`.
-    OpacMatter(String, Option<f64>, SizeDistribution),
+    /// The matter of an OPAC component in one of Jaenicke's size distributions.
+    Aiaa {
+        /// The OPAC component that has this matter.
+        matter: String,
+        /// Its relative humidity \[%\]; that of the air if `None`.
+        humidity_percent: Option<f64>,
+        /// Name of the size distribution, such as `maritime`.
+        family: String,
+    },
     /// Given particles, whatever the humidity.
     Fixed(Particle),
+    /// No particles at all but their published optics: the "number density" is then the extinction coefficient at 550 nm
+    /// \[m⁻¹\], and cross sections are relative to it.
+    Spectrum(Spectrum),
 }
 
 impl ParticleSource {
     /// The particles as they are at a relative humidity \[%\], 0 to 99.
     ///
     /// # Errors
-    /// As [`opac::component`].
+    /// As [`opac::component`]; [`Error::Invalid`] for a spectrum.
     pub fn particle(&self, humidity_percent: f64) -> Result<Particle> {
         match self {
             Self::Opac(id) => opac::component(id, humidity_percent),
             Self::OpacAt(id, own) => opac::component(id, *own),
-            Self::OpacMatter(id, own, size) => Ok(Particle {
-                id: id.clone(),
-                size: size.clone(),
-                index: opac::refractive_index(id, own.unwrap_or(humidity_percent))?,
+            Self::Aiaa {
+                matter,
+                humidity_percent: own,
+                family,
+            } => Ok(Particle {
+                id: matter.clone(),
+                size: aiaa_sizes(family)?.0,
+                index: opac::refractive_index(matter, own.unwrap_or(humidity_percent))?,
             }),
             Self::Fixed(particle) => Ok(particle.clone()),
+            Self::Spectrum(spectrum) => Err(Error::invalid(
+                format!(
+                    "aerosol '{}' has no particles, only a spectrum",
+                    spectrum.name()
+                ),
+                "take a component with a size distribution",
+            )),
+        }
+    }
+
+    /// Name of the shipped table of its optics: `waso`, `maritime/waso`; none for particles of one's own.
+    pub fn table_name(&self) -> Option<String> {
+        match self {
+            Self::Opac(id) | Self::OpacAt(id, _) => Some(id.clone()),
+            Self::Aiaa { matter, family, .. } => Some(format!("{family}/{matter}")),
+            Self::Fixed(_) | Self::Spectrum(_) => None,
+        }
+    }
+
+    /// The relative humidity that the particles are in \[%\], given that of the air; 0 if it does not matter to them.
+    pub fn humidity_percent(&self, air_percent: f64) -> f64 {
+        match self {
+            Self::Opac(id) if opac::is_hygroscopic(id) => air_percent,
+            Self::OpacAt(id, own) if opac::is_hygroscopic(id) => *own,
+            Self::Aiaa {
+                matter,
+                humidity_percent,
+                ..
+            } if opac::is_hygroscopic(matter) => humidity_percent.unwrap_or(air_percent),
+            _ => 0.0,
+        }
+    }
+
+    /// The same particles at the humidity of the air, whatever their own.
+    fn in_the_air(self) -> Self {
+        match self {
+            Self::OpacAt(id, _) => Self::Opac(id),
+            Self::Aiaa { matter, family, .. } => Self::Aiaa {
+                matter,
+                humidity_percent: None,
+                family,
+            },
+            other => other,
+        }
+    }
+
+    /// Whether humidity changes its particles.
+    pub fn is_hygroscopic(&self) -> bool {
+        match self {
+            Self::Opac(id) | Self::OpacAt(id, _) => opac::is_hygroscopic(id),
+            Self::Aiaa { matter, .. } => opac::is_hygroscopic(matter),
+            Self::Fixed(_) | Self::Spectrum(_) => false,
         }
     }
 }
@@ -236,14 +196,97 @@ impl AerosolType {
             None => aiaa_type(plain, tropopause_m),
         }
     }
+
+    /// The same aerosol with another vertical profile of its troposphere.
+    ///
+    /// The lowest layer takes the profile; further tropospheric layers, such as OPAC's free troposphere, are left out.
+    pub fn with_profile(mut self, profile: VerticalProfile) -> Self {
+        let mut lowest = true;
+        self.layers.retain_mut(|layer| {
+            let kept = lowest || !layer.scales_with_aod;
+            if lowest {
+                layer.profile = profile.clone();
+                lowest = false;
+            }
+            kept
+        });
+        self
+    }
+
+    /// The same aerosol with layers of one's choice in place of its stratosphere (all that optical depth does not scale).
+    pub fn with_upper_layers(mut self, upper: impl IntoIterator<Item = AerosolLayer>) -> Self {
+        self.layers.retain(|layer| layer.scales_with_aod);
+        self.layers.extend(upper);
+        self
+    }
+
+    /// The layers that optical depth does not scale.
+    pub fn upper_layers(&self) -> Vec<AerosolLayer> {
+        let upper = self.layers.iter().filter(|layer| !layer.scales_with_aod);
+        upper.cloned().collect()
+    }
+}
+
+/// An aerosol of one's own: homogeneous spheres of one kind of matter.
+///
+/// ```
+/// use celaje::composition::aerosol::{AerosolType, VerticalProfile};
+/// use celaje::composition::particle::{RefractiveIndex, SizeDistribution};
+/// # use celaje::composition::aerosol::Aerosol;
+/// let smoke = Aerosol {
+///     name: "smoke".into(),
+///     refractive_index: RefractiveIndex::constant(1.52, 0.02)?,
+///     size: SizeDistribution::lognormal(0.08, 1.6)?,
+///     profile: VerticalProfile::sampled(vec![0.0, 2e3, 3e3, 5e3], vec![0.1, 0.2, 1.0, 0.0])?,
+/// };
+/// let smoke: AerosolType = smoke.into();
+/// # Ok::<(), celaje::Error>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Aerosol {
+    /// What to call it.
+    pub name: String,
+    /// Index of its matter over wavelength.
+    pub refractive_index: RefractiveIndex,
+    /// How large its particles are.
+    pub size: SizeDistribution,
+    /// How it thins out with altitude; the amount is set by optical depth or visibility.
+    pub profile: VerticalProfile,
+}
+
+impl From<Aerosol> for AerosolType {
+    /// Tropospheric, at 1e9 particles per m³ where the profile is 1 until it is scaled, with nothing above it.
+    fn from(own: Aerosol) -> Self {
+        let particle = Particle {
+            id: own.name.clone(),
+            size: own.size,
+            index: own.refractive_index,
+        };
+        let component = LayerComponent {
+            source: ParticleSource::Fixed(particle),
+            number_density: 1e9,
+        };
+        Self {
+            name: own.name.clone(),
+            layers: vec![AerosolLayer {
+                name: own.name,
+                components: vec![component],
+                profile: own.profile,
+                scales_with_aod: true,
+            }],
+            default_aod_550: Some(0.12),
+        }
+    }
 }
 
 /// Names of all aerosol types: AIAA bare, OPAC with its prefix.
 pub fn aerosol_names() -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     for (csv, prefix) in [(AIAA_TYPES, ""), (OPAC_TYPES, "opac:")] {
-        for row in rows(csv) {
-            let name = format!("{prefix}{}", row[0].replace('_', "-"));
+        // The tables are embedded and tested; a damaged one has no types.
+        let rows = Table::parse("aerosol types", csv).and_then(|table| table.words("type"));
+        for row in rows.unwrap_or_default() {
+            let name = format!("{prefix}{}", row.replace('_', "-"));
             if names.last() != Some(&name) {
                 names.push(name);
             }
@@ -252,34 +295,58 @@ pub fn aerosol_names() -> Vec<String> {
     names
 }
 
+/// Every kind of particle of the types there are, each once: what the shipped tables of optics must hold.
+///
+/// # Errors
+/// [`Error::Invalid`] for damaged data.
+pub fn all_sources() -> Result<Vec<ParticleSource>> {
+    let mut sources: Vec<ParticleSource> = opac::COMPONENT_NAMES
+        .iter()
+        .map(|id| ParticleSource::Opac((*id).to_owned()))
+        .collect();
+    for name in aerosol_names() {
+        for layer in AerosolType::named(&name, 45.0)?.layers {
+            for component in layer.components {
+                let named = |s: &ParticleSource| s.table_name() == component.source.table_name();
+                if !sources.iter().any(named) {
+                    sources.push(component.source.in_the_air());
+                }
+            }
+        }
+    }
+    Ok(sources)
+}
+
 fn opac_type(name: &str) -> Result<AerosolType> {
     let key = name.replace('-', "_");
-    let mut components = Vec::new();
-    for row in rows(OPAC_TYPES).filter(|row| row[0] == key) {
-        components.push(LayerComponent {
-            source: ParticleSource::Opac(row[1].to_owned()),
-            number_density: number(row[2])? * 1e6,
-        });
-    }
+    let table = Table::parse("OPAC types", OPAC_TYPES)?.select("type", &key)?;
+    let ids = table.words("component")?.into_iter();
+    let components: Vec<LayerComponent> = ids
+        .zip(table.numbers("number_cm3")?)
+        .map(|(id, number_cm3)| LayerComponent {
+            source: ParticleSource::Opac(id.to_owned()),
+            number_density: number_cm3 * 1e6,
+        })
+        .collect();
+    let table = Table::parse("OPAC layers", OPAC_LAYERS)?.select("type", &key)?;
+    let (bottom_km, top_km) = (table.numbers("z_min_km")?, table.numbers("z_max_km")?);
+    let scale_km = table.numbers("scale_height_km")?;
     let mut layers = Vec::new();
-    for row in rows(OPAC_LAYERS).filter(|row| row[0] == key) {
-        let bottom_m = number(row[1])? * 1e3;
+    for i in 0..table.len() {
+        let bottom_m = bottom_km[i] * 1e3;
         layers.push(AerosolLayer {
             name: "mixing layer".to_owned(),
             components: components.clone(),
             profile: VerticalProfile::Slab {
                 reference_m: bottom_m,
                 bottom_m: bottom_m + BELOW_SEA_LEVEL_M,
-                top_m: number(row[2])? * 1e3,
-                scale_height_m: opac_scale_height_m(row[3])?,
+                top_m: top_km[i] * 1e3,
+                scale_height_m: opac_scale_height_m(scale_km[i]),
             },
             scales_with_aod: true,
         });
     }
-    let mixing_top_m = layers
-        .iter()
-        .map(|layer| layer.profile.breaks_m()[1])
-        .fold(0.0, f64::max);
+    let mixing_top_m = top_km.iter().map(|km| km * 1e3).fold(0.0, f64::max);
     layers.push(opac_upper_layer("free_troposphere", mixing_top_m, true)?);
     layers.push(opac_upper_layer("stratosphere", mixing_top_m, false)?);
     Ok(AerosolType {
@@ -289,59 +356,71 @@ fn opac_type(name: &str) -> Result<AerosolType> {
     })
 }
 
+/// OPAC's stratosphere: sulphuric acid from 12 to 35 km.
+pub(super) fn opac_stratosphere() -> Result<AerosolLayer> {
+    opac_upper_layer("stratosphere", 0.0, false)
+}
+
 /// A layer that OPAC gives to every type, cut off below `from_m`.
 fn opac_upper_layer(name: &str, from_m: f64, scales_with_aod: bool) -> Result<AerosolLayer> {
-    let mut components = Vec::new();
-    let mut profile = VerticalProfile::Slab {
-        reference_m: 0.0,
-        bottom_m: 0.0,
-        top_m: 0.0,
-        scale_height_m: f64::INFINITY,
-    };
-    for row in rows(OPAC_UPPER).filter(|row| row[0] == name) {
-        components.push(LayerComponent {
-            source: ParticleSource::OpacAt(row[1].to_owned(), number(row[2])?),
-            number_density: number(row[3])? * 1e6,
-        });
-        let base_m = number(row[4])? * 1e3;
-        profile = VerticalProfile::Slab {
-            reference_m: base_m,
-            bottom_m: base_m.max(from_m),
-            top_m: number(row[5])? * 1e3,
-            scale_height_m: opac_scale_height_m(row[6])?,
-        };
-    }
+    let table = Table::parse("OPAC upper layers", OPAC_UPPER)?.select("layer", name)?;
+    let (ids, humidity) = (table.words("component")?, table.numbers("rh_percent")?);
+    let number_cm3 = table.numbers("number_cm3_at_base")?;
+    let (bottom_km, top_km) = (table.numbers("z_min_km")?, table.numbers("z_max_km")?);
+    let scale_km = table.numbers("scale_height_km")?;
+    let components = (0..table.len())
+        .map(|i| LayerComponent {
+            source: ParticleSource::OpacAt(ids[i].to_owned(), humidity[i]),
+            number_density: number_cm3[i] * 1e6,
+        })
+        .collect();
+    // All components of a layer share its bounds.
+    let base_m = bottom_km[0] * 1e3;
     Ok(AerosolLayer {
         name: name.replace('_', " "),
         components,
-        profile,
+        profile: VerticalProfile::Slab {
+            reference_m: base_m,
+            bottom_m: base_m.max(from_m),
+            top_m: top_km[0] * 1e3,
+            scale_height_m: opac_scale_height_m(scale_km[0]),
+        },
         scales_with_aod,
     })
 }
 
 /// OPAC writes 99 km for "constant".
-fn opac_scale_height_m(field: &str) -> Result<f64> {
-    let km = number(field)?;
-    Ok(if km >= 99.0 { f64::INFINITY } else { km * 1e3 })
+fn opac_scale_height_m(km: f64) -> f64 {
+    if km >= 99.0 {
+        f64::INFINITY
+    } else {
+        km * 1e3
+    }
 }
 
 fn aiaa_type(name: &str, tropopause_m: f64) -> Result<AerosolType> {
     let key = name.replace('-', "_");
-    let mut parts = Vec::new();
-    let (mut family, mut scale_height_m) = ("", f64::INFINITY);
-    for row in rows(AIAA_TYPES).filter(|row| row[0] == key) {
-        parts.push((row[1], number(row[2])?));
-        family = row[3];
-        scale_height_m = number(row[4])?;
-    }
-    let (size, total_m3) = aiaa_sizes(family)?;
-    let sum: f64 = parts.iter().map(|(_, fraction)| fraction).sum();
-    let components = parts
+    let table = Table::parse("AIAA types", AIAA_TYPES)?.select("type", &key)?;
+    let (matter, fraction) = (table.words("component")?, table.numbers("fraction")?);
+    let family = table.words("size_distribution")?[0];
+    // "inf" is a height too, which `numbers` would refuse.
+    let scale_height_m = match table.words("scale_height_m")?[0] {
+        "inf" => f64::INFINITY,
+        _ => table.numbers("scale_height_m")?[0],
+    };
+    let total_m3 = aiaa_sizes(family)?.1;
+    let sum: f64 = fraction.iter().sum();
+    let components = matter
         .iter()
+        .zip(&fraction)
         .map(|(matter, fraction)| {
-            let (id, humidity) = opac_matter(matter)?;
+            let (matter, humidity_percent) = opac_matter(matter)?;
             Ok(LayerComponent {
-                source: ParticleSource::OpacMatter(id.to_owned(), humidity, size.clone()),
+                source: ParticleSource::Aiaa {
+                    matter: matter.to_owned(),
+                    humidity_percent,
+                    family: family.to_owned(),
+                },
                 number_density: total_m3 * fraction / sum,
             })
         })
@@ -371,19 +450,20 @@ fn aiaa_type(name: &str, tropopause_m: f64) -> Result<AerosolType> {
 
 /// Jaenicke's distribution of a family, and its number density \[m⁻³\].
 fn aiaa_sizes(family: &str) -> Result<(SizeDistribution, f64)> {
-    let mut modes = Vec::new();
-    for row in rows(AIAA_SIZES).filter(|row| row[0] == family) {
-        modes.push(LognormalMode {
-            number_fraction: number(row[2])?,
-            r_mode_um: number(row[3])?,
-            sigma: 10f64.powf(number(row[4])?),
-        });
-    }
-    let total_cm3: f64 = modes.iter().map(|m| m.number_fraction).sum();
+    let table = Table::parse("AIAA sizes", AIAA_SIZES)?.select("type", family)?;
+    let (number_cm3, r_mode_um) = (table.numbers("number_cm3")?, table.numbers("r_mode_um")?);
+    let log10_sigma = table.numbers("log10_sigma")?;
+    let modes = (0..table.len())
+        .map(|i| LognormalMode {
+            number_fraction: number_cm3[i],
+            r_mode_um: r_mode_um[i],
+            sigma: 10f64.powf(log10_sigma[i]),
+        })
+        .collect();
     let [r_min_um, r_max_um] = AIAA_RADII_UM;
     Ok((
         SizeDistribution::new(modes, r_min_um, r_max_um)?,
-        total_cm3 * 1e6,
+        number_cm3.iter().sum::<f64>() * 1e6,
     ))
 }
 

@@ -5,9 +5,10 @@ mod grid;
 mod ozone;
 mod us76;
 
-pub use air::{AirProfile, AirState, Atmosphere, DOBSON_UNIT_M2};
+pub use air::{AirProfile, AirState, Atmosphere, GasColumns, DOBSON_UNIT_M2, WATER_PER_MM_M2};
 pub use grid::{column, VerticalGrid};
 pub mod aerosol;
 pub mod opac;
 pub mod particle;
-mod table;
+mod profile;
+pub mod upper;

@@ -1,8 +1,8 @@
 //! OPAC's components at any relative humidity (Hess, Koepke & Schult 1998, doi:10.1175/1520-0477(1998)079<0831:OPOAAC>2.0.CO;2).
 
 use super::particle::{LognormalMode, Particle, RefractiveIndex, SizeDistribution};
-use super::table::{number, rows};
 use crate::error::{check_range, Error, Result};
+use crate::math::Table;
 
 const COMPONENTS: &str = include_str!("../../../../data/aerosol_opac/components.csv");
 const INDEX: &str = include_str!("../../../../data/aerosol_opac/refractive_index.csv");
@@ -81,27 +81,36 @@ struct SizeClass {
 
 /// The humidity classes of a component, driest first.
 fn classes(id: &str) -> Result<Vec<SizeClass>> {
-    rows(COMPONENTS)
-        .filter(|row| row[0] == id)
-        .map(|row| {
-            Ok(SizeClass {
-                humidity: number(row[2])?,
-                r_mode_um: number(row[3])?,
-                sigma: number(row[5])?,
-                r_min_um: number(row[6])?,
-                r_max_um: number(row[7])?,
-            })
-        })
-        .collect()
+    let table = Table::parse("OPAC components", COMPONENTS)?.select("component", id)?;
+    let column = |name| table.numbers(name);
+    let humidity = column("rh_percent")?;
+    let (r_mode_um, sigma) = (column("r_mod_um")?, column("sigma")?);
+    let (r_min_um, r_max_um) = (column("r_min_um")?, column("r_max_um")?);
+    let class = |i: usize| SizeClass {
+        humidity: humidity[i],
+        r_mode_um: r_mode_um[i],
+        sigma: sigma[i],
+        r_min_um: r_min_um[i],
+        r_max_um: r_max_um[i],
+    };
+    Ok((0..humidity.len()).map(class).collect())
+}
+
+/// Whether a component of OPAC swells in moist air.
+pub fn is_hygroscopic(id: &str) -> bool {
+    ["waso", "ssam", "sscm", "suso"].contains(&id)
 }
 
 fn index(id: &str, class: &SizeClass) -> Result<RefractiveIndex> {
+    let table = Table::parse("OPAC indices", INDEX)?.select("component", id)?;
     let (mut wavelength_nm, mut n, mut k) = (Vec::new(), Vec::new(), Vec::new());
-    for row in rows(INDEX).filter(|row| row[0] == id) {
-        if number(row[1])? == class.humidity {
-            wavelength_nm.push(number(row[2])? * 1e3);
-            n.push(number(row[3])?);
-            k.push(number(row[4])?);
+    let (um, real) = (table.numbers("wavelength_um")?, table.numbers("n")?);
+    let (humidity, imaginary) = (table.numbers("rh_percent")?, table.numbers("k")?);
+    for i in 0..um.len() {
+        if humidity[i] == class.humidity {
+            wavelength_nm.push(um[i] * 1e3);
+            n.push(real[i]);
+            k.push(imaginary[i]);
         }
     }
     RefractiveIndex::new(wavelength_nm, n, k)

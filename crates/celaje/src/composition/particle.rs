@@ -67,6 +67,22 @@ impl SizeDistribution {
         })
     }
 
+    /// A single mode of median radius \[µm\] and geometric standard deviation, from a thousandth to a thousand times the
+    /// radius (within 1e-5 to 100 µm): wide enough to hold all of it that light can see.
+    ///
+    /// # Errors
+    /// As [`SizeDistribution::new`].
+    pub fn lognormal(r_mode_um: f64, sigma: f64) -> Result<Self> {
+        check_range("mode radius", r_mode_um, "µm", 1e-4..=50.0)?;
+        let mode = LognormalMode {
+            number_fraction: 1.0,
+            r_mode_um,
+            sigma,
+        };
+        let bounds_um = [(1e-3 * r_mode_um).max(1e-5), (1e3 * r_mode_um).min(100.0)];
+        Self::new(vec![mode], bounds_um[0], bounds_um[1])
+    }
+
     /// Smallest radius \[µm\].
     pub fn r_min_um(&self) -> f64 {
         self.r_min_um

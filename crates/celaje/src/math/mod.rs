@@ -1,6 +1,5 @@
 //! Numbers that know no physics: vectors, interpolation, quadrature, random numbers, statistics.
 
-mod complex;
 pub mod interp;
 pub mod lanes;
 mod rng;
@@ -8,7 +7,7 @@ pub mod statistics;
 mod table;
 mod vec3;
 
-pub use complex::Complex;
+pub use num_complex::Complex64 as Complex;
 pub use rng::{Rng, Sampler};
 pub use table::Table;
 pub use vec3::Vec3;

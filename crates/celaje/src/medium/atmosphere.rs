@@ -3,6 +3,8 @@
 use super::LayeredMedium;
 use crate::composition::{AirProfile, VerticalGrid};
 use crate::error::Result;
+use crate::optics::bands::{oxygen_pairs, BandAbsorption, OXYGEN_SHARE};
+use crate::optics::no2::No2Absorption;
 use crate::optics::ozone::OzoneAbsorption;
 use crate::optics::rayleigh::Rayleigh;
 use crate::optics::{AerosolOptics, LayerOptics, Phase};
@@ -11,7 +13,7 @@ use crate::spectrum::WavelengthGrid;
 /// Half the height over which an aerosol layer's edge is drawn \[m\].
 const EDGE_M: f64 = 1.0;
 
-/// The standard grid above the ground, with a pair of nodes about each edge of an aerosol layer.
+/// The standard grid above the ground, with a pair of nodes about each edge of an aerosol layer and one where it bends.
 ///
 /// An edge between two nodes far apart would be drawn as a ramp; a pair 2 m apart keeps the layer's column.
 ///
@@ -19,17 +21,22 @@ const EDGE_M: f64 = 1.0;
 /// As [`VerticalGrid::standard`].
 pub fn grid_with_edges(ground_m: f64, aerosol: &AerosolOptics) -> Result<VerticalGrid> {
     let standard = VerticalGrid::standard(ground_m)?;
-    let mut edges: Vec<f64> = aerosol
-        .layers
-        .iter()
-        .flat_map(|l| l.profile.breaks_m())
-        .collect();
-    edges.retain(|&z| z > ground_m + 2.0 * EDGE_M && z < VerticalGrid::TOP_M - 2.0 * EDGE_M);
+    let inside = |z: &f64| *z > ground_m + 2.0 * EDGE_M && *z < VerticalGrid::TOP_M - 2.0 * EDGE_M;
+    let (mut edges, mut bends) = (Vec::new(), Vec::new());
+    for profile in aerosol.layers.iter().map(|layer| &layer.profile) {
+        for z in profile.breaks_m().into_iter().filter(inside) {
+            let (below, above) = (profile.relative(z - EDGE_M), profile.relative(z + EDGE_M));
+            let jumps = (above - below).abs() > 0.01 * above.max(below);
+            (if jumps { &mut edges } else { &mut bends }).push(z);
+        }
+    }
+    let clear_of_edges = |z: &f64| edges.iter().all(|e: &f64| (z - e).abs() > 2.0 * EDGE_M);
     let mut nodes: Vec<f64> = standard
         .altitude_m()
         .iter()
         .copied()
-        .filter(|z| edges.iter().all(|e| (z - e).abs() > 2.0 * EDGE_M))
+        .chain(bends.iter().copied())
+        .filter(clear_of_edges)
         .chain(edges.iter().flat_map(|e| [e - EDGE_M, e + EDGE_M]))
         .collect();
     nodes.sort_by(f64::total_cmp);
@@ -37,7 +44,7 @@ pub fn grid_with_edges(ground_m: f64, aerosol: &AerosolOptics) -> Result<Vertica
     VerticalGrid::new(nodes)
 }
 
-/// The medium of an atmosphere: air, ozone, and the layers of an aerosol.
+/// The medium of an atmosphere: air with its absorbing gases, and the layers of an aerosol.
 ///
 /// # Arguments
 /// * `air` — densities and temperatures on a grid, best from [`grid_with_edges`]
@@ -54,28 +61,46 @@ pub fn from_atmosphere(
 ) -> Result<LayeredMedium> {
     let altitude_m = &air.altitude_m;
     let mut medium = LayeredMedium::new(altitude_m, wavelength.nm(), planet_radius_m)?;
-    let nothing = vec![0.0; altitude_m.len() * wavelength.len()];
-
-    // Air scatters, ozone absorbs at the temperature of its own layer; together they are one species.
+    // Air scatters; its gases absorb, some at the temperature of their own layer; together they are one species.
     let rayleigh = Rayleigh::new()?;
-    let xs_sca = rayleigh.xs_sca_on(wavelength)?;
+    let xs_sca = rayleigh.xs_sca_on(wavelength, air.co2_ppm)?;
     let depolarisation: Vec<f64> = wavelength
         .nm()
         .iter()
         .map(|&w| rayleigh.depolarisation(w))
         .collect();
-    let ozone = OzoneAbsorption::new(wavelength)?;
     let sigma_s = outer(&air.air_number_density, &xs_sca);
-    let mut sigma_a = Vec::with_capacity(nothing.len());
-    for (&density, &temperature_k) in air.ozone_number_density.iter().zip(&air.temperature_k) {
-        sigma_a.extend(ozone.xs_abs(temperature_k)?.iter().map(|xs| density * xs));
-    }
+    let sigma_a = gas_absorption(air, wavelength)?;
     medium.add(&sigma_s, &sigma_a, Phase::rayleigh(&depolarisation)?)?;
 
     for layer in aerosol.layers.iter().filter(|l| l.number_density_ref > 0.0) {
         add_aerosol_layer(&mut medium, aerosol, layer)?;
     }
     Ok(medium)
+}
+
+/// Absorption coefficient of all gases \[m⁻¹\], shape (altitude, wavelength).
+///
+/// # Errors
+/// [`crate::Error::OutOfRange`] for temperatures or amounts beyond the tables.
+pub fn gas_absorption(air: &AirProfile, wavelength: &WavelengthGrid) -> Result<Vec<f64>> {
+    let ozone = OzoneAbsorption::new(wavelength)?;
+    let no2 = No2Absorption::new(wavelength)?;
+    let bands = BandAbsorption::new(wavelength, air.water_column_mm())?;
+    let xs_pairs = oxygen_pairs(wavelength)?;
+    let mut sigma_a = Vec::with_capacity(air.altitude_m.len() * wavelength.len());
+    for (i, &temperature_k) in air.temperature_k.iter().enumerate() {
+        let (xs_ozone, xs_no2) = (ozone.xs_abs(temperature_k)?, no2.xs_abs(temperature_k)?);
+        let oxygen = OXYGEN_SHARE * air.air_number_density[i];
+        sigma_a.extend((0..wavelength.len()).map(|w| {
+            air.ozone_number_density[i] * xs_ozone[w]
+                + air.no2_number_density[i] * xs_no2[w]
+                + air.water_number_density[i] * bands.xs_water[w]
+                + air.air_number_density[i] * bands.xs_mixed_per_air[w]
+                + oxygen * oxygen * xs_pairs[w]
+        }));
+    }
+    Ok(sigma_a)
 }
 
 fn add_aerosol_layer(

@@ -4,12 +4,17 @@ use super::angles::AngleGrid;
 use super::lognormal::{
     particle_optics, particle_optics_with, ParticleOptics, Quadrature, ScatteringMatrix,
 };
-use crate::composition::aerosol::{AerosolLayer, AerosolType, VerticalProfile};
+use super::tables;
+use crate::composition::aerosol::{AerosolLayer, AerosolType, ParticleSource, VerticalProfile};
 use crate::composition::opac;
 use crate::composition::particle::Particle;
+use crate::composition::upper::Spectrum;
 use crate::error::{check_range, Error, Result};
 use crate::spectrum::WavelengthGrid;
 use rayon::prelude::*;
+
+/// `−ln 0.02`: the optical depth over which a black object's contrast falls to 2 %.
+const KOSCHMIEDER: f64 = 3.912;
 
 /// Optics of one kind of particle over wavelength, per particle.
 #[derive(Debug, Clone, PartialEq)]
@@ -124,6 +129,48 @@ impl AerosolOptics {
         Ok(())
     }
 
+    /// Sets the amount of tropospheric aerosol by the visibility at the ground.
+    ///
+    /// Koschmieder's law at 550 nm, for a black object whose contrast falls to 2 %: extinction by air and aerosol together
+    /// is `3.912 / visibility`.
+    ///
+    /// # Arguments
+    /// * `visibility_km` — meteorological range, 0.1 to what clean air allows (about 340 km at sea level)
+    /// * `air_sigma_550` — scattering coefficient of the air at the ground, 550 nm \[m⁻¹\]
+    /// * `ground_altitude_m` — above sea level \[m\]
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`]; [`Error::Invalid`] if there is no aerosol of this type at the ground.
+    ///
+    /// # Source
+    /// Koschmieder 1924, Beitr. Phys. freien Atm. 12, 33–53; with the 2 % of Middleton 1952 and LOWTRAN 7.
+    pub fn scale_to_visibility(
+        &mut self,
+        visibility_km: f64,
+        air_sigma_550: f64,
+        ground_altitude_m: f64,
+    ) -> Result<()> {
+        let clean_air_km = KOSCHMIEDER / air_sigma_550 * 1e-3;
+        check_range("visibility", visibility_km, "km", 0.1..=clean_air_km)?;
+        check_range("ground altitude", ground_altitude_m, "m", -1000.0..=100e3)?;
+        self.set_scale(1.0)?;
+        let scaled = self.layers.iter().filter(|layer| layer.scales_with_aod);
+        let at_ground =
+            |layer: &LayerOptics| layer.number_density(ground_altitude_m) * layer.xs_ext_550;
+        let sigma: f64 = scaled.map(at_ground).sum();
+        if sigma <= 0.0 {
+            return Err(Error::invalid(
+                format!(
+                    "no aerosol of type '{}' lies at {ground_altitude_m} m",
+                    self.name
+                ),
+                "give an optical depth instead of a visibility",
+            ));
+        }
+        let wanted = KOSCHMIEDER / (visibility_km * 1e3) - air_sigma_550;
+        self.set_scale(wanted.max(0.0) / sigma)
+    }
+
     /// Multiplies the amount of tropospheric aerosol by a turbidity factor, 0 to 1e3.
     ///
     /// # Errors
@@ -174,25 +221,37 @@ pub fn component_optics(
     })
 }
 
-/// Optics of one OPAC component (`waso`, `soot`, …) at a relative humidity \[%\], 0 to 99, per particle.
+/// Optics of one OPAC component (`waso`, `soot`, …) at a relative humidity \[%\], 0 to 99, per particle, from the
+/// shipped tables.
 ///
 /// Times 1e6 m⁻³ the cross sections are the coefficients \[m⁻¹\] at 1 cm⁻³.
 ///
 /// # Errors
-/// As [`opac::component`] and [`component_optics`].
+/// As [`opac::component`] and [`tables::lookup`].
 pub fn component(
     id: &str,
     humidity_percent: f64,
     wavelength: &WavelengthGrid,
 ) -> Result<ComponentOptics> {
     let particle = opac::component(id, humidity_percent)?;
-    component_optics(&particle, wavelength, &AngleGrid::default())
+    let source = ParticleSource::Opac(id.to_owned());
+    match tables::lookup(&source, humidity_percent, wavelength.nm())? {
+        Some(optics) => Ok(ComponentOptics {
+            id: particle.id,
+            wavelength_nm: wavelength.nm().to_vec(),
+            angles: AngleGrid::default(),
+            optics,
+            extrapolated: false,
+        }),
+        None => component_optics(&particle, wavelength, &AngleGrid::default()),
+    }
 }
 
 /// Optics of an aerosol type, in the amounts of its definition (OPAC) or scaled to its default optical depth above
 /// sea level (AIAA).
 ///
-/// `humidity_percent` \[%\], 0 to 99, is that of the lowest air; OPAC's upper layers keep their own.
+/// Known particles come from the shipped [`tables`], one's own from Mie theory on the spot. `humidity_percent` \[%\], 0 to
+/// 99, is that of the lowest air; OPAC's upper layers keep their own.
 ///
 /// # Errors
 /// [`Error::OutOfRange`] for humidity, or a wavelength beyond the refractive indices.
@@ -201,10 +260,11 @@ pub fn aerosol_optics(
     humidity_percent: f64,
     wavelength: &WavelengthGrid,
 ) -> Result<AerosolOptics> {
-    aerosol_optics_on(aerosol, humidity_percent, wavelength, &AngleGrid::default())
+    let angles = AngleGrid::default();
+    assemble(aerosol, humidity_percent, wavelength, &angles, true)
 }
 
-/// [`aerosol_optics`] with matrices at chosen angles.
+/// [`aerosol_optics`] by Mie theory throughout, with matrices at chosen angles: slow, and what the tables are held against.
 ///
 /// # Errors
 /// As [`aerosol_optics`].
@@ -214,37 +274,47 @@ pub fn aerosol_optics_on(
     wavelength: &WavelengthGrid,
     angles: &AngleGrid,
 ) -> Result<AerosolOptics> {
+    assemble(aerosol, humidity_percent, wavelength, angles, false)
+}
+
+fn assemble(
+    aerosol: &AerosolType,
+    humidity_percent: f64,
+    wavelength: &WavelengthGrid,
+    angles: &AngleGrid,
+    tabulated: bool,
+) -> Result<AerosolOptics> {
     check_range("humidity", humidity_percent, "%", 0.0..=99.0)?;
     // 550 nm rides along at the end, for scaling by optical depth.
     let mut nm = wavelength.nm().to_vec();
     nm.push(550.0);
 
-    let particles = distinct_particles(aerosol, humidity_percent)?;
-    let jobs: Vec<(usize, f64)> = (0..particles.len())
-        .flat_map(|p| nm.iter().map(move |&w| (p, w)))
-        .collect();
-    let computed = jobs
+    let kinds = kinds(aerosol, humidity_percent)?;
+    let computed = kinds
         .par_iter()
-        .map(|&(p, wavelength_nm)| {
-            let (particle, share) = &particles[p];
-            let at = particle.index.at(wavelength_nm)?;
-            let quadrature = Quadrature::for_share(*share);
-            let size = &particle.size;
-            let optics =
-                particle_optics_with(size, at.n, at.k, wavelength_nm, angles, &quadrature)?;
-            Ok((optics, at.extrapolated))
+        .map(|kind| {
+            if let ParticleSource::Spectrum(spectrum) = &kind.source {
+                return Ok((from_spectrum(spectrum, &nm, angles), false));
+            }
+            if tabulated {
+                if let Some(optics) = tables::lookup(&kind.source, humidity_percent, &nm)? {
+                    return Ok((optics, false));
+                }
+            }
+            kind.by_mie(humidity_percent, &nm, angles)
         })
-        .collect::<Result<Vec<(ParticleOptics, bool)>>>()?;
+        .collect::<Result<Vec<(Vec<ParticleOptics>, bool)>>>()?;
     let extrapolated = computed.iter().any(|(_, flagged)| *flagged);
 
     let mut layers = Vec::new();
     for layer in &aerosol.layers {
         let mut parts = Vec::new();
         for component in &layer.components {
-            let particle = component.source.particle(humidity_percent)?;
-            if let Some(p) = particles.iter().position(|(q, _)| *q == particle) {
-                let optics = &computed[p * nm.len()..(p + 1) * nm.len()];
-                parts.push((component.number_density, optics));
+            if let Some(p) = kinds
+                .iter()
+                .position(|kind| kind.source == component.source)
+            {
+                parts.push((component.number_density, computed[p].0.as_slice()));
             }
         }
         layers.push(mix(layer, &parts, angles));
@@ -262,29 +332,106 @@ pub fn aerosol_optics_on(
     Ok(optics)
 }
 
-/// The kinds of particles of all layers, each once, with its largest share of any layer's cross-sectional area.
-fn distinct_particles(
-    aerosol: &AerosolType,
-    humidity_percent: f64,
-) -> Result<Vec<(Particle, f64)>> {
-    let mut particles: Vec<(Particle, f64)> = Vec::new();
+/// Published extinction, albedo and asymmetry as the optics of a particle whose extinction cross section is 1 m² at 550 nm.
+///
+/// The phase function is Henyey & Greenstein's. How such particles polarise is not known: `F12 = F34 = 0`, and
+/// `F33 = F11 cos θ`, which has the sign that spheres have forwards and backwards.
+fn from_spectrum(spectrum: &Spectrum, nm: &[f64], angles: &AngleGrid) -> Vec<ParticleOptics> {
+    let one = |&wavelength_nm: &f64| {
+        let [xs_ext, ssa, g] = spectrum.at(wavelength_nm);
+        let mu = angles.cos_theta();
+        let phase = |c: &f64| (1.0 - g * g) / (1.0 + g * g - 2.0 * g * c).powf(1.5);
+        let f11: Vec<f64> = mu.iter().map(phase).collect();
+        let mut matrix = ScatteringMatrix {
+            f12: vec![0.0; mu.len()],
+            f33: f11.iter().zip(mu).map(|(f, c)| f * c).collect(),
+            f34: vec![0.0; mu.len()],
+            f11,
+        };
+        matrix.scale(1.0 / angles.sphere_integral(&matrix.f11));
+        ParticleOptics {
+            xs_ext,
+            xs_sca: ssa * xs_ext,
+            asymmetry: g,
+            matrix,
+        }
+    };
+    nm.iter().map(one).collect()
+}
+
+/// One kind of particle of a type.
+struct Kind {
+    source: ParticleSource,
+    /// Largest share of any layer's cross-sectional area \[1\].
+    share: f64,
+}
+
+impl Kind {
+    /// Optics at every wavelength, and whether an index was extrapolated.
+    fn by_mie(
+        &self,
+        humidity_percent: f64,
+        nm: &[f64],
+        angles: &AngleGrid,
+    ) -> Result<(Vec<ParticleOptics>, bool)> {
+        let particle = self.source.particle(humidity_percent)?;
+        let quadrature = Quadrature::for_share(self.share);
+        let one = |&wavelength_nm: &f64| {
+            let at = particle.index.at(wavelength_nm)?;
+            let size = &particle.size;
+            let optics =
+                particle_optics_with(size, at.n, at.k, wavelength_nm, angles, &quadrature)?;
+            Ok((optics, at.extrapolated))
+        };
+        let computed = nm.par_iter().map(one).collect::<Result<Vec<_>>>()?;
+        let extrapolated = computed.iter().any(|(_, flagged)| *flagged);
+        let optics = computed.into_iter().map(|(optics, _)| optics).collect();
+        Ok((optics, extrapolated))
+    }
+}
+
+/// The kinds of particles of all layers, each once.
+///
+/// # Errors
+/// [`Error::OutOfRange`] for a negative number of particles, [`Error::Invalid`] for a layer without any.
+fn kinds(aerosol: &AerosolType, humidity_percent: f64) -> Result<Vec<Kind>> {
+    let mut kinds: Vec<Kind> = Vec::new();
     for layer in &aerosol.layers {
         let mut areas = Vec::new();
         for component in &layer.components {
-            let particle = component.source.particle(humidity_percent)?;
-            let area = component.number_density * particle.size.mean_square_radius_um2();
-            areas.push((particle, area));
+            let number_density = component.number_density;
+            check_range("number density", number_density, "m^-3", 0.0..=1e30)?;
+            let area = match &component.source {
+                ParticleSource::Spectrum(_) => number_density,
+                source => {
+                    let size = source.particle(humidity_percent)?.size;
+                    number_density * size.mean_square_radius_um2()
+                }
+            };
+            areas.push((&component.source, area));
         }
         let total: f64 = areas.iter().map(|(_, area)| area).sum();
-        for (particle, area) in areas {
+        if total <= 0.0 {
+            return Err(Error::invalid(
+                format!(
+                    "layer '{}' of aerosol '{}' is empty",
+                    layer.name, aerosol.name
+                ),
+                "give one of its components a positive number density, or leave the layer out",
+            ));
+        }
+        for (source, area) in areas {
             let share = area / total;
-            match particles.iter_mut().find(|(p, _)| *p == particle) {
-                Some((_, largest)) => *largest = largest.max(share),
-                None => particles.push((particle, share)),
+            match kinds.iter_mut().find(|kind| kind.source == *source) {
+                Some(kind) => kind.share = kind.share.max(share),
+                None => kinds.push(Kind {
+                    source: source.clone(),
+                    share,
+                }),
             }
         }
     }
-    Ok(particles)
+    Ok(kinds)
 }
 
 /// The mixture of a layer: number-weighted cross sections, scattering-weighted phase functions.
@@ -292,7 +439,7 @@ fn distinct_particles(
 /// `parts` holds, per component, its number density and its optics at every wavelength, 550 nm last.
 fn mix(
     layer: &AerosolLayer,
-    parts: &[(f64, &[(ParticleOptics, bool)])],
+    parts: &[(f64, &[ParticleOptics])],
     angles: &AngleGrid,
 ) -> LayerOptics {
     let total: f64 = parts.iter().map(|(number, _)| number).sum();
@@ -313,7 +460,7 @@ fn mix(
         let (mut ext, mut sca, mut sca_asymmetry) = (0.0, 0.0, 0.0);
         let mut matrix = ScatteringMatrix::zero(angles.theta_deg().len());
         for (number, optics) in parts {
-            let one = &optics[w].0;
+            let one = &optics[w];
             let share = number / total;
             ext += share * one.xs_ext;
             sca += share * one.xs_sca;

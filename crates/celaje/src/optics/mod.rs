@@ -1,5 +1,7 @@
 //! How matter and light interact: cross sections and phase functions.
 
+pub mod bands;
+pub mod no2;
 pub mod ozone;
 mod phase;
 pub mod rayleigh;
@@ -10,6 +12,7 @@ mod angles;
 mod lognormal;
 mod mie;
 mod mie_kernel;
+pub mod tables;
 
 pub use aerosol::{
     aerosol_optics, aerosol_optics_on, component, component_optics, AerosolOptics, ComponentOptics,
