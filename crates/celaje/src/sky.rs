@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicBool;
 
 use crate::climate::Conditions;
 use crate::composition::aerosol::AerosolType;
-use crate::composition::{AirProfile, Atmosphere};
+use crate::composition::AirProfile;
 use crate::error::{check_range, Error, Result};
 use crate::film::Film;
 use crate::math::Vec3;
@@ -125,15 +125,13 @@ impl Sky {
         wavelength: &WavelengthGrid,
         solar: SolarSpectrum,
     ) -> Result<Self> {
-        let latitude_deg = conditions.latitude_deg.as_ref().map_or(45.0, |c| c.value);
         let ground_m = conditions.altitude_m.value;
-        let aerosol_type = AerosolType::named(&conditions.aerosol.value, latitude_deg)?;
+        let aerosol_type = AerosolType::of_conditions(&conditions)?;
         let mut aerosol =
             aerosol_optics(&aerosol_type, conditions.humidity_percent.value, wavelength)?;
         aerosol.scale_to_aod_550(conditions.aod_550.value, ground_m)?;
         let grid = grid_with_edges(ground_m, &aerosol)?;
-        let air = Atmosphere::named(&conditions.atmosphere.value)?
-            .profile(&grid, conditions.ozone_du.value)?;
+        let air = AirProfile::of_conditions(&conditions, &grid)?;
         let medium = from_atmosphere(&air, &aerosol, wavelength, PLANET_RADIUS_M)?;
 
         let position = conditions.sun()?;
@@ -151,7 +149,7 @@ impl Sky {
             &irradiance,
             position.angular_radius_deg(),
         )?;
-        let albedo = vec![conditions.albedo.value; wavelength.len()];
+        let albedo = conditions.spectral_albedo(wavelength.nm())?;
         Ok(Self {
             conditions: Some(conditions),
             composition: Some(Composition { air, aerosol }),

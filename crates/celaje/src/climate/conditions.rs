@@ -1,8 +1,14 @@
 //! Everything that a sky needs to know about its place and time, each value with its reason.
 
-use super::{AtmosphereClass, Overrides, Season};
-use crate::error::Result;
+use super::{
+    aerosol_climate, blended_atmosphere, elevation, ozone_shape, AerosolClimate, AerosolMixture,
+    AtmosphereBlend, AtmosphereClass, Elevation, Ground, Overrides, OzoneShape,
+};
+use crate::error::{Error, Result};
 use crate::place::{Instant, Site, SunPosition};
+
+/// Name of an aerosol or an atmosphere that is found for its place instead of being one of the named ones.
+pub const CLIMATE: &str = "climate";
 
 /// One value in force: what it is, where it comes from and why.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -11,6 +17,8 @@ pub struct Condition<T> {
     pub value: T,
     /// Unit, empty for a pure number or a name.
     pub unit: &'static str,
+    /// Standard deviation about the value, in `unit`, where known.
+    pub uncertainty: Option<f64>,
     /// Data or method that the value comes from.
     pub source: String,
     /// Why this value, in words for people.
@@ -28,9 +36,16 @@ impl<T> Condition<T> {
         Self {
             value,
             unit,
+            uncertainty: None,
             source: source.into(),
             reason: reason.into(),
         }
+    }
+
+    /// The same with a standard deviation, in its unit.
+    pub fn with_uncertainty(mut self, uncertainty: f64) -> Self {
+        self.uncertainty = Some(uncertainty);
+        self
     }
 
     /// A value that the user gave.
@@ -68,18 +83,27 @@ pub struct Conditions {
     pub sun_azimuth_deg: Condition<f64>,
     /// Distance of the sun \[au\].
     pub sun_distance_au: Condition<f64>,
-    /// Reference atmosphere, an [`AtmosphereClass`] by name.
+    /// Reference atmosphere, an [`AtmosphereClass`] by name, or [`CLIMATE`]: the blend below.
     pub atmosphere: Condition<String>,
+    /// Reference atmospheres and their weights, in force while `atmosphere` is [`CLIMATE`].
+    pub atmosphere_blend: Option<AtmosphereBlend>,
     /// Ozone column above the ground \[DU\]; 0 without ozone.
     pub ozone_du: Condition<f64>,
-    /// Aerosol type by name: bare names are AIAA types, `opac:…` OPAC's.
+    /// Shape of the ozone layer, in force while `atmosphere` is [`CLIMATE`].
+    #[serde(skip)]
+    pub ozone_shape: Option<OzoneShape>,
+    /// Aerosol type by name: bare names are AIAA types, `opac:…` OPAC's, [`CLIMATE`] the mixture below.
     pub aerosol: Condition<String>,
-    /// Aerosol optical depth at 550 nm, vertical, from the ground up \[1\].
+    /// Components and layers, in force while `aerosol` is [`CLIMATE`].
+    pub mixture: Option<AerosolMixture>,
+    /// Optical depth of the tropospheric aerosol at 550 nm, vertical, from the ground up \[1\].
     pub aod_550: Condition<f64>,
     /// Relative humidity of the aerosol \[%\].
     pub humidity_percent: Condition<f64>,
-    /// Albedo of the ground, Lambertian \[1\].
+    /// Albedo of the ground, Lambertian, broadband \[1\].
     pub albedo: Condition<f64>,
+    /// What the ground is made of, which gives the albedo its spectrum as long as `albedo` is its broadband value.
+    pub ground: Option<Ground>,
 }
 
 /// One line of [`Conditions::rows`].
@@ -91,6 +115,8 @@ pub struct ConditionRow {
     pub value: String,
     /// Unit, empty for a pure number or a name.
     pub unit: &'static str,
+    /// Standard deviation about the value, in its unit, where known.
+    pub uncertainty: Option<f64>,
     /// Data or method.
     pub source: String,
     /// Why this value.
@@ -100,43 +126,36 @@ pub struct ConditionRow {
 impl Conditions {
     /// Conditions at a place and an instant, found unless overridden.
     ///
-    /// `overrides.altitude_m` replaces the altitude of `site`; the sun's angles follow place and time unless
-    /// they are overridden too.
+    /// `overrides.altitude_m` replaces the altitude of `site`; a site at exactly 0 m counts as one of unknown altitude and
+    /// takes it from the map of elevations. The sun's angles follow place and time unless they are overridden too.
     ///
     /// # Errors
     /// As [`Overrides::check`].
     pub fn at(site: &Site, instant: &Instant, overrides: &Overrides) -> Result<Self> {
         overrides.check()?;
         let (latitude_deg, longitude_deg) = (site.latitude_deg(), site.longitude_deg());
-        let altitude_m = overrides.altitude_m.unwrap_or(site.altitude_m());
-        let site = Site::new(latitude_deg, longitude_deg, altitude_m)?;
+        let altitude_m = altitude(overrides.altitude_m, site)?;
+        let site = Site::new(latitude_deg, longitude_deg, altitude_m.value)?;
         let sun = SunPosition::at(&site, instant)?;
         let spa = |value: f64, unit: &'static str| {
             let source = "NREL SPA, Reda & Andreas 2004, doi:10.1016/j.solener.2003.12.003";
-            Condition::new(
-                value,
-                unit,
-                source,
-                "from place and time; true, not refracted",
-            )
+            let reason = "from place and time; true, not refracted";
+            Condition::new(value, unit, source, reason)
         };
-        let ozone = || -> Result<Condition<f64>> {
-            let climate = overrides.ozone_climate.unwrap_or_default();
-            let column = climate.column(latitude_deg, longitude_deg, instant)?;
-            Ok(Condition::new(
-                column.du,
-                "DU",
-                column.source,
-                column.reason,
-            ))
+        let found = aerosol_climate(latitude_deg, longitude_deg, altitude_m.value, instant)?;
+        let aerosol = overrides.aerosol().unwrap_or_else(|| aerosol_words(&found.mixture));
+        let atmosphere = overrides.atmosphere();
+        let blend = blended_atmosphere(latitude_deg, instant);
+        let albedo = overrides.albedo();
+        let ground = match albedo {
+            Some(_) => None,
+            None => Some(Ground::at(latitude_deg, longitude_deg, instant)?),
         };
-        let season = Season::at(latitude_deg, instant);
-        let class = AtmosphereClass::nearest(latitude_deg, season);
         Ok(Self {
             latitude_deg: Some(Condition::given(latitude_deg, "deg")),
             longitude_deg: Some(Condition::given(longitude_deg, "deg")),
             time: Some(Condition::given(*instant, "")),
-            altitude_m: altitude(overrides.altitude_m, site.altitude_m()),
+            altitude_m,
             sun_elevation_deg: Condition::or_found(overrides.sun_elevation_deg, "deg", || {
                 spa(sun.elevation_deg(), "deg")
             }),
@@ -146,36 +165,33 @@ impl Conditions {
             sun_distance_au: Condition::or_found(overrides.sun_distance_au, "au", || {
                 spa(sun.distance_au(), "au")
             }),
-            atmosphere: Condition::or_found(overrides.atmosphere.clone(), "", || {
-                let season = if season == Season::Summer {
-                    "summer"
-                } else {
-                    "winter"
-                };
-                Condition::new(
-                    class.name().to_owned(),
-                    "",
-                    "AFGL 1986, Anderson et al., AFGL-TR-86-0110",
-                    format!(
-                        "reference atmosphere nearest to latitude {latitude_deg:.1}° in {season}"
-                    ),
-                )
-            }),
+            atmosphere_blend: atmosphere.is_none().then(|| blend.clone()),
+            ozone_shape: match atmosphere {
+                Some(_) => None,
+                None => Some(ozone_shape(latitude_deg, instant)?),
+            },
+            atmosphere: atmosphere.unwrap_or_else(|| atmosphere_words(&blend, latitude_deg)),
             ozone_du: match overrides.ozone() {
                 Some(given) => given,
-                None => ozone()?,
+                None => ozone(overrides, latitude_deg, longitude_deg, instant)?,
             },
-            aerosol: overrides.aerosol(),
-            aod_550: overrides.aod_550(),
-            humidity_percent: overrides.humidity(),
-            albedo: overrides.albedo(),
+            aod_550: overrides.aod_550(|| aod_words(&found))?,
+            humidity_percent: Condition::or_found(overrides.humidity_percent, "%", || {
+                let reason = "usual here at this time of year";
+                Condition::new(found.mixture.humidity_percent, "%", GADS_SOURCE, reason)
+                    .with_uncertainty(15.0)
+            }),
+            mixture: (aerosol.value == CLIMATE).then_some(found.mixture),
+            aerosol,
+            albedo: albedo.unwrap_or_else(|| albedo_words(ground.as_ref())),
+            ground,
         })
     }
 
     /// Conditions under a sun put anywhere by hand, without place and time.
     ///
     /// What a place would tell is taken from 45° N in June, in the mean: US standard atmosphere, 340 DU of ozone, the
-    /// ground at sea level, the sun at 1 au.
+    /// ground at sea level, OPAC's continental average at an optical depth of 0.12, the sun at 1 au.
     ///
     /// # Arguments
     /// * `elevation_deg` — true elevation of the sun, −90 to 90
@@ -183,42 +199,75 @@ impl Conditions {
     /// * `overrides` — what is to be taken instead; its sun angles are not looked at
     ///
     /// # Errors
-    /// As [`Overrides::check`] and [`SunPosition::new`].
+    /// As [`Overrides::check`] and [`SunPosition::new`]; [`Error::Invalid`] for [`CLIMATE`], which needs a place.
     pub fn from_sun(elevation_deg: f64, azimuth_deg: f64, overrides: &Overrides) -> Result<Self> {
         overrides.check()?;
+        for (what, name) in [
+            ("aerosol", &overrides.aerosol),
+            ("atmosphere", &overrides.atmosphere),
+        ] {
+            if name.as_deref().is_some_and(|n| n.trim().eq_ignore_ascii_case(CLIMATE)) {
+                let message = format!("{what} '{CLIMATE}' needs a place and a time");
+                return Err(Error::invalid(message, "give them, or name another one"));
+            }
+        }
         let distance_au = overrides.sun_distance_au.unwrap_or(1.0);
         let sun = SunPosition::new(azimuth_deg, elevation_deg, distance_au)?;
+        let no_place = |value, unit, source: &str, reason: &str| {
+            Condition::new(value, unit, source, format!("no place given: {reason}"))
+        };
+        let named = |value: &str, source: &str, reason: &str| {
+            Condition::new(value.to_owned(), "", source, format!("no place given: {reason}"))
+        };
         Ok(Self {
             latitude_deg: None,
             longitude_deg: None,
             time: None,
-            altitude_m: altitude(overrides.altitude_m, 0.0),
+            altitude_m: Condition::or_found(overrides.altitude_m, "m", || {
+                no_place(0.0, "m", "default", "sea level")
+            }),
             sun_elevation_deg: Condition::given(sun.elevation_deg(), "deg"),
             sun_azimuth_deg: Condition::given(sun.azimuth_deg(), "deg"),
             sun_distance_au: Condition::or_found(overrides.sun_distance_au, "au", || {
                 Condition::new(1.0, "au", "definition", "no date given: the mean distance")
             }),
-            atmosphere: Condition::or_found(overrides.atmosphere.clone(), "", || {
-                Condition::new(
-                    AtmosphereClass::Us76.name().to_owned(),
-                    "",
-                    "U.S. Standard Atmosphere 1976",
-                    "no place given: the mid-latitude mean",
-                )
+            atmosphere: overrides.atmosphere().unwrap_or_else(|| {
+                let us76 = AtmosphereClass::Us76.name();
+                named(us76, "U.S. Standard Atmosphere 1976", "the mid-latitude mean")
             }),
+            atmosphere_blend: None,
             ozone_du: overrides.ozone().unwrap_or_else(|| {
-                Condition::new(
-                    PLACELESS_OZONE_DU,
-                    "DU",
-                    "NOAA SBUV/2 v8 zonal monthly means 1998-2015",
-                    "no place given: usual for 45° N in June",
-                )
+                let source = "NOAA SBUV/2 v8 zonal monthly means 1998-2015";
+                no_place(PLACELESS_OZONE_DU, "DU", source, "usual for 45° N in June")
             }),
-            aerosol: overrides.aerosol(),
-            aod_550: overrides.aod_550(),
-            humidity_percent: overrides.humidity(),
-            albedo: overrides.albedo(),
+            ozone_shape: None,
+            aerosol: overrides.aerosol().unwrap_or_else(|| {
+                named("opac:continental-average", OPAC_SOURCE, "a common aerosol of land")
+            }),
+            mixture: None,
+            aod_550: overrides.aod_550(|| {
+                no_place(PLACELESS_AOD_550, "", "default", "near the mean over the globe")
+            })?,
+            humidity_percent: Condition::or_found(overrides.humidity_percent, "%", || {
+                no_place(80.0, "%", OPAC_SOURCE, "OPAC's own reference humidity")
+            }),
+            albedo: overrides.albedo().unwrap_or_else(|| {
+                no_place(0.2, "", "default", "grass and crops (0.16 to 0.26)")
+            }),
+            ground: None,
         })
+    }
+
+    /// Albedo of the ground \[1\] at vacuum wavelengths \[nm\]: the spectrum of [`Self::ground`] while `albedo` is its
+    /// broadband value, `albedo` at all wavelengths otherwise.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] if an embedded table is damaged.
+    pub fn spectral_albedo(&self, wavelength_nm: &[f64]) -> Result<Vec<f64>> {
+        match &self.ground {
+            Some(ground) if ground.broadband() == self.albedo.value => ground.spectral(wavelength_nm),
+            _ => Ok(vec![self.albedo.value; wavelength_nm.len()]),
+        }
     }
 
     /// The sun's position in force.
@@ -263,6 +312,7 @@ impl Conditions {
             key: "refraction",
             value: "none".to_owned(),
             unit: "",
+            uncertainty: None,
             source: "method".to_owned(),
             reason: "rays are straight as yet: at the horizon a real sun is seen 0.5° higher, and sets some \
                      minutes later"
@@ -275,13 +325,87 @@ impl Conditions {
 /// Ozone column where no place is given \[DU\]: the SBUV table at 45° N in mid-June, rounded to 10 DU.
 const PLACELESS_OZONE_DU: f64 = 340.0;
 
-/// Altitude of the ground: the override, else the site's, else sea level.
-fn altitude(given_m: Option<f64>, site_m: f64) -> Condition<f64> {
-    let given_m = given_m.or((site_m != 0.0).then_some(site_m));
-    Condition::or_found(given_m, "m", || {
-        let reason = "sea level, for none was given and no map of elevations is built in as yet";
-        Condition::new(0.0, "m", "default", reason)
-    })
+/// Optical depth where no place is given \[1\]: near the mean over the globe, and the default of the AIAA types.
+const PLACELESS_AOD_550: f64 = 0.12;
+
+const OPAC_SOURCE: &str = "OPAC, Hess, Koepke & Schult 1998";
+const GADS_SOURCE: &str = "GADS, Koepke, Hess, Schult & Shettle 1997";
+
+/// Altitude of the ground: the override, else the site's, else the map's.
+fn altitude(given_m: Option<f64>, site: &Site) -> Result<Condition<f64>> {
+    let given_m = given_m.or((site.altitude_m() != 0.0).then_some(site.altitude_m()));
+    if let Some(metres) = given_m {
+        return Ok(Condition::given(metres, "m"));
+    }
+    let Elevation {
+        here_m, spread_m, ..
+    } = elevation(site.latitude_deg(), site.longitude_deg())?;
+    let source = "Mapzen terrain tiles, half-degree means";
+    let reason = "none was given: mean elevation of the surroundings, 0 at sea";
+    Ok(Condition::new(here_m, "m", source, reason).with_uncertainty(spread_m))
+}
+
+fn ozone(
+    overrides: &Overrides,
+    latitude_deg: f64,
+    longitude_deg: f64,
+    instant: &Instant,
+) -> Result<Condition<f64>> {
+    let climate = overrides.ozone_climate.unwrap_or_default();
+    let column = climate.column(latitude_deg, longitude_deg, instant)?;
+    let mut ozone = Condition::new(column.du, "DU", column.source, column.reason);
+    ozone.uncertainty = column.deviation_du;
+    Ok(ozone)
+}
+
+fn percent(share: f64) -> f64 {
+    (100.0 * share).round()
+}
+
+fn atmosphere_words(blend: &AtmosphereBlend, latitude_deg: f64) -> Condition<String> {
+    let parts: Vec<String> = blend
+        .iter()
+        .filter(|(_, weight)| *weight >= 0.005)
+        .map(|(class, weight)| format!("{} {} %", class.name(), percent(*weight)))
+        .collect();
+    Condition::new(
+        CLIMATE.to_owned(),
+        "",
+        "AFGL 1986, Anderson et al., AFGL-TR-86-0110; ozone layer of CAM3's climatology",
+        format!("blended for {latitude_deg:.1}° N and the season: {}", parts.join(", ")),
+    )
+}
+
+fn aerosol_words(mixture: &AerosolMixture) -> Condition<String> {
+    let [mineral, salt, soot, rest] = mixture.share.map(percent);
+    let urban = match percent(mixture.urban) {
+        0.0 => String::new(),
+        share => format!("; {share} % of the mixing layer is of cities near by"),
+    };
+    let reason = format!(
+        "nearest AIAA type: {}; of the optical depth at 550 nm {mineral} % is mineral dust, {salt} % sea salt, {soot} % \
+         soot, {rest} % sulphate and other{urban}",
+        mixture.nearest_type
+    );
+    let source = format!("{GADS_SOURCE}, in components of {OPAC_SOURCE}");
+    Condition::new(CLIMATE.to_owned(), "", source, reason)
+}
+
+fn aod_words(found: &AerosolClimate) -> Condition<f64> {
+    let reason = format!(
+        "usual here at this time of this year: fitted from {:.3} of the data set and {:.3} of human making, cut at the \
+         ground's altitude; {:.3} of the stratosphere comes on top",
+        found.gads_aod_550, found.anthropogenic_aod_550, found.stratospheric_aod_550
+    );
+    let source = "GADS and MACv2-SP, Stevens et al. 2017, doi:10.5194/gmd-10-433-2017, fitted to a reanalysis";
+    Condition::new(found.aod_550, "", source, reason).with_uncertainty(found.aod_550_uncertainty)
+}
+
+fn albedo_words(ground: Option<&Ground>) -> Condition<f64> {
+    let (value, words) = ground.map_or((0.2, String::new()), |g| (g.broadband(), g.words()));
+    let source = "MODIS MCD12C1 land cover, snow and sea ice by month; measured spectra";
+    let reason = format!("broadband mean of the surroundings: {words}; spectral in use");
+    Condition::new(value, "", source, reason).with_uncertainty(0.05)
 }
 
 fn number(key: &'static str, c: &Condition<f64>, digits: usize) -> ConditionRow {
@@ -293,6 +417,7 @@ fn row<T>(key: &'static str, c: &Condition<T>, value: String) -> ConditionRow {
         key,
         value,
         unit: c.unit,
+        uncertainty: c.uncertainty,
         source: c.source.clone(),
         reason: c.reason.clone(),
     }
@@ -323,10 +448,18 @@ mod tests {
         assert!((c.sun_elevation_deg.value - 11.001644).abs() < 1e-3);
         assert!((c.sun_azimuth_deg.value - 291.674025).abs() < 1e-3);
         assert!((c.sun_distance_au.value - 1.016_219_09).abs() < 1e-5);
-        assert_eq!(c.atmosphere.value, "midlatitude-summer");
+        assert_eq!(c.atmosphere.value, "climate");
+        assert!(c.atmosphere.reason.contains("midlatitude-summer"));
         assert!((c.ozone_du.value - 327.0).abs() < 10.0, "{:?}", c.ozone_du);
-        assert_eq!(c.aerosol.value, "opac:continental-average");
-        assert!(c.aod_550.reason.contains("simple as yet"));
+        assert_eq!(c.aerosol.value, "climate");
+        assert!(c.aerosol.reason.contains("nearest AIAA type"));
+        assert!((0.08..0.35).contains(&c.aod_550.value), "{:?}", c.aod_550);
+        // The map's half-degree mean; the city itself stands at 208 m.
+        let altitude = &c.altitude_m;
+        assert!((altitude.value - 208.0).abs() < 2.0 * altitude.uncertainty.unwrap());
+        assert!((0.1..0.25).contains(&c.albedo.value));
+        let spectrum = c.spectral_albedo(&[450.0, 850.0]).unwrap();
+        assert!(spectrum[1] > 2.0 * spectrum[0], "{spectrum:?}");
         for row in c.rows() {
             assert!(!row.value.is_empty() && !row.reason.is_empty() && !row.source.is_empty());
         }
