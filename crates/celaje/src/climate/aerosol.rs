@@ -60,6 +60,9 @@ const BELOW_GROUND_M: f64 = 6e3;
 /// Optical depth = 0.051 + 0.67 GADS + 0.80 MACv2-SP: least squares on a monthly 1° reanalysis, rms 0.070.
 const FIT: [f64; 3] = [0.051, 0.67, 0.80];
 const FIT_RMS: f64 = 0.070;
+/// The fit's constant and its plumes lie low: scale height over the region's ground \[m\], the mean height of the nine
+/// plumes of MACv2-SP (beta functions of z / 15 km).
+const LOW_HEIGHT_M: f64 = 1.7e3;
 /// Optical depth over the ice sheets, where the fit's constant is too much, and its spread.
 ///
 /// Source: Tomasi et al. 2015, doi:10.1016/j.earscirev.2014.11.008: 0.02 over the Antarctic plateau.
@@ -174,7 +177,8 @@ pub fn aerosol_climate(
     let not_south = 1.0 - smoothstep(60.0, 75.0, -latitude_deg);
     let not_high_ice = 1.0 - smoothstep(0.0, 0.8, ice) * smoothstep(500.0, 2000.0, region_m);
     let plateau = 1.0 - not_south * not_high_ice;
-    let fitted = FIT[0] + FIT[1] * gads_aod_550 + FIT[2] * anthropogenic_aod_550;
+    let low = FIT[0] + FIT[2] * anthropogenic_aod_550;
+    let fitted = low + FIT[1] * gads_aod_550;
     let mixed = |fit: f64, clean: f64| fit + plateau * (clean - fit);
     let regional = mixed(fitted, PLATEAU_AOD[0]);
 
@@ -185,7 +189,11 @@ pub fn aerosol_climate(
     };
     let stratospheric_aod_550 = above(altitude_m, false);
     let whole = above(region_m, true);
-    let left = if whole > 0.0 { above(altitude_m, true) / whole } else { 0.0 };
+    let left_of_layers = if whole > 0.0 { above(altitude_m, true) / whole } else { 0.0 };
+    // A valley has no more than half a kilometre of air under its region's ground.
+    let height_m = (altitude_m - region_m).max(-500.0);
+    let left_of_low = (-height_m / LOW_HEIGHT_M).exp();
+    let left = left_of_layers + low / fitted * (left_of_low - left_of_layers);
     let tropospheric = regional - stratospheric_aod_550;
     mixture.share = shares(&mixture, &gads.extinction, altitude_m);
     mixture.nearest_type = nearest_type(&mixture, latitude_deg, altitude_m - region_m);

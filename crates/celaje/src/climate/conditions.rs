@@ -5,7 +5,7 @@ use super::{
     AtmosphereBlend, AtmosphereClass, Elevation, Ground, Overrides, OzoneShape,
 };
 use crate::error::{Error, Result};
-use crate::place::{Instant, Site, SunPosition};
+use crate::place::{Instant, MoonPosition, Site, SunPosition, SunTimes};
 
 /// Name of an aerosol or an atmosphere that is found for its place instead of being one of the named ones.
 pub const CLIMATE: &str = "climate";
@@ -83,6 +83,8 @@ pub struct Conditions {
     pub sun_azimuth_deg: Condition<f64>,
     /// Distance of the sun \[au\].
     pub sun_distance_au: Condition<f64>,
+    /// The Moon, which does not shine as yet; none when only the sun was given.
+    pub moon: Option<MoonPosition>,
     /// Reference atmosphere, an [`AtmosphereClass`] by name, or [`CLIMATE`]: the blend below.
     pub atmosphere: Condition<String>,
     /// Reference atmospheres and their weights, in force while `atmosphere` is [`CLIMATE`].
@@ -165,6 +167,7 @@ impl Conditions {
             sun_distance_au: Condition::or_found(overrides.sun_distance_au, "au", || {
                 spa(sun.distance_au(), "au")
             }),
+            moon: Some(MoonPosition::at(&site, instant)?),
             atmosphere_blend: atmosphere.is_none().then(|| blend.clone()),
             ozone_shape: match atmosphere {
                 Some(_) => None,
@@ -231,6 +234,7 @@ impl Conditions {
             sun_distance_au: Condition::or_found(overrides.sun_distance_au, "au", || {
                 Condition::new(1.0, "au", "definition", "no date given: the mean distance")
             }),
+            moon: None,
             atmosphere: overrides.atmosphere().unwrap_or_else(|| {
                 let us76 = AtmosphereClass::Us76.name();
                 named(us76, "U.S. Standard Atmosphere 1976", "the mid-latitude mean")
@@ -308,6 +312,7 @@ impl Conditions {
             number("humidity_percent", &self.humidity_percent, 1),
             number("albedo", &self.albedo, 4),
         ]);
+        rows.extend(self.day_rows());
         rows.push(ConditionRow {
             key: "refraction",
             value: "none".to_owned(),
@@ -319,6 +324,73 @@ impl Conditions {
                 .to_owned(),
         });
         rows
+    }
+}
+
+impl Conditions {
+    /// The sun's events of the day around the instant, in UTC; none when only the sun was given.
+    ///
+    /// # Errors
+    /// As [`SunTimes::around`].
+    pub fn sun_times(&self) -> Result<Option<SunTimes>> {
+        let (Some(lat), Some(lon), Some(time)) =
+            (&self.latitude_deg, &self.longitude_deg, &self.time)
+        else {
+            return Ok(None);
+        };
+        let site = Site::new(lat.value, lon.value, 0.0)?;
+        Ok(Some(SunTimes::around(&site, &time.value)?))
+    }
+
+    /// Lines on the Moon and on the day's sun.
+    fn day_rows(&self) -> Vec<ConditionRow> {
+        let mut rows = Vec::new();
+        if let Some(moon) = &self.moon {
+            let lit = |value: f64, unit: &'static str, reason: &str| {
+                let source = "Meeus 1998, Astronomical Algorithms, chapter 47";
+                Condition::new(value, unit, source, reason)
+            };
+            let shape = if moon.waxing { "waxing" } else { "waning" };
+            let shape = format!("{shape}; its light is not computed as yet");
+            let seen = "from place and time; true, not refracted";
+            rows.extend([
+                number("moon_elevation_deg", &lit(moon.elevation_deg, "deg", seen), 2),
+                number("moon_azimuth_deg", &lit(moon.azimuth_deg, "deg", seen), 2),
+                number("moon_distance_km", &lit(moon.distance_km, "km", "from the place"), 0),
+                number("moon_illuminated", &lit(moon.illuminated, "", &shape), 3),
+            ]);
+        }
+        let Ok(Some(times)) = self.sun_times() else {
+            return rows;
+        };
+        for (event, instant) in &times.events {
+            let (value, reason) = match instant {
+                Some(instant) => (instant.to_string(), "of the day around the instant, in UTC".to_owned()),
+                None => ("none".to_owned(), times.why_not(*event)),
+            };
+            rows.push(ConditionRow {
+                key: event_key(event.name()),
+                value,
+                unit: "",
+                uncertainty: None,
+                source: "NREL SPA; sunrise and sunset at -0.833°, twilights at -6°, -12°, -18°".to_owned(),
+                reason,
+            });
+        }
+        rows
+    }
+}
+
+/// The name of a sun event as a key.
+fn event_key(name: &'static str) -> &'static str {
+    match name {
+        "astronomical dawn" => "astronomical_dawn",
+        "nautical dawn" => "nautical_dawn",
+        "civil dawn" => "civil_dawn",
+        "civil dusk" => "civil_dusk",
+        "nautical dusk" => "nautical_dusk",
+        "astronomical dusk" => "astronomical_dusk",
+        other => other,
     }
 }
 

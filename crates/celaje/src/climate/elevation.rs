@@ -60,7 +60,14 @@ fn load() -> Result<Vec<f32>> {
         return Err(damaged("climate_elevation"));
     }
     let metres = |pair: &[u8]| f32::from(i16::from_le_bytes([pair[0], pair[1]]));
-    Ok(bytes.chunks_exact(2).map(metres).collect())
+    let mut cells: Vec<f32> = bytes.chunks_exact(2).map(metres).collect();
+    // A pole is one place: the cells around it count as their mean.
+    for row in [0, GRID.rows - 1] {
+        let pole = &mut cells[row * GRID.columns..(row + 1) * GRID.columns];
+        let mean = pole.iter().sum::<f32>() / GRID.columns as f32;
+        pole.fill(mean);
+    }
+    Ok(cells)
 }
 
 #[cfg(test)]

@@ -257,7 +257,7 @@ mod tests {
 
     #[test]
     fn the_nearest_city() {
-        let (city, km) = nearest(41.6, -0.9).unwrap().unwrap();
+        let (city, km) = nearest(41.66, -0.87).unwrap().unwrap();
         assert_eq!(city.name, "Zaragoza");
         assert!(km < 10.0);
         // Berlin to Paris along the great circle: 878 km.
