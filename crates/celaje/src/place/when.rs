@@ -80,7 +80,12 @@ fn split_date(text: &str) -> Option<((i64, i64, i64), &str)> {
 
 /// `sunset+1h30min` as the word and the seconds.
 fn split_offset(text: &str) -> Option<(&str, f64)> {
-    let Some(at) = text.find(['+', '-', '−']) else {
+    // The hyphen of `civil-dusk` is no sign: a sign stands before a number.
+    let sign = |&(at, c): &(usize, char)| {
+        let next = text[at + c.len_utf8()..].trim_start().chars().next();
+        c == '+' || (matches!(c, '-' | '−') && next.is_none_or(|n| n.is_ascii_digit()))
+    };
+    let Some((at, _)) = text.char_indices().find(sign) else {
         return Some((text, 0.0));
     };
     let (word, offset) = text.split_at(at);
