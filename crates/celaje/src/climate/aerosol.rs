@@ -49,13 +49,17 @@ const PROFILES: [(usize, f64); 7] = [
 /// The layer of transported mineral above the ground \[m\].
 const MINERAL_M: [f64; 2] = [2e3, 3.5e3];
 /// Free troposphere of OPAC: component, humidity \[%\], particles per cm³ at 2 km; scale height 8 km, up to 12 km.
-const FREE: [(&str, f64, f64); 3] = [("inso", 0.0, 0.097), ("waso", 50.0, 229.0), ("soot", 0.0, 228.0)];
+const FREE: [(&str, f64, f64); 3] = [
+    ("inso", 0.0, 0.097),
+    ("waso", 50.0, 229.0),
+    ("soot", 0.0, 228.0),
+];
 /// Stratosphere of OPAC: particles of dry `suso` per cm³, 12 to 35 km.
 const STRATOSPHERE_CM3: f64 = 3.0;
 /// Top of the free troposphere and of the stratospheric layer \[m\].
 const TOPS_M: [f64; 2] = [12e3, 35e3];
 /// Layers go on so far below the region's mean ground \[m\].
-const BELOW_GROUND_M: f64 = 6e3;
+const BELOW_GROUND_M: f64 = 1e3;
 
 /// Optical depth = 0.051 + 0.67 GADS + 0.80 MACv2-SP: least squares on a monthly 1° reanalysis, rms 0.070.
 const FIT: [f64; 3] = [0.051, 0.67, 0.80];
@@ -73,7 +77,7 @@ const URBAN_CM3: [f64; 3] = [28_000.0, 1.5, 130_000.0];
 /// Largest share of urban aerosol in the mixing layer.
 const URBAN_MOST: f64 = 0.5;
 /// Distance over which a city's aerosol thins out \[km\], and people of a city at which it is near its full share.
-const CITY_KM: f64 = 40.0;
+const CITY_KM: f64 = 50.0;
 const CITY_PEOPLE: f64 = 5e6;
 /// Cities of fewer people are not looked at: GADS knows the regions in which they stand.
 const CITY_LEAST: f64 = 3e5;
@@ -168,7 +172,9 @@ pub fn aerosol_climate(
     add_city(&mut node, urban, &gads.extinction);
 
     let region_m = elevation(latitude_deg, longitude_deg)?.region_m;
-    let mut mixture = layers(&node, region_m);
+    // Into a valley the layers come down.
+    let base_m = region_m.min(altitude_m).round();
+    let mut mixture = layers(&node, base_m);
     mixture.urban = urban;
     let anthropogenic_aod_550 = anthropogenic_aod_550(latitude_deg, longitude_deg, instant)?;
 
@@ -184,15 +190,22 @@ pub fn aerosol_climate(
 
     let humidity = mixture.humidity_percent;
     let above = |from_m: f64, tropospheric: bool| -> f64 {
-        let wanted = mixture.layers.iter().filter(|l| l.scales_with_aod == tropospheric);
-        wanted.map(|l| gads.extinction.layer(l, humidity, from_m)).sum()
+        let wanted = mixture
+            .layers
+            .iter()
+            .filter(|l| l.scales_with_aod == tropospheric);
+        wanted
+            .map(|l| gads.extinction.layer(l, humidity, from_m))
+            .sum()
     };
     let stratospheric_aod_550 = above(altitude_m, false);
-    let whole = above(region_m, true);
-    let left_of_layers = if whole > 0.0 { above(altitude_m, true) / whole } else { 0.0 };
-    // A valley has no more than half a kilometre of air under its region's ground.
-    let height_m = (altitude_m - region_m).max(-500.0);
-    let left_of_low = (-height_m / LOW_HEIGHT_M).exp();
+    let whole = above(base_m, true);
+    let left_of_layers = if whole > 0.0 {
+        above(altitude_m, true) / whole
+    } else {
+        0.0
+    };
+    let left_of_low = (-(altitude_m - base_m) / LOW_HEIGHT_M).exp();
     let left = left_of_layers + low / fitted * (left_of_low - left_of_layers);
     let tropospheric = regional - stratospheric_aod_550;
     mixture.share = shares(&mixture, &gads.extinction, altitude_m);
@@ -242,7 +255,9 @@ fn urban_share(latitude_deg: f64, longitude_deg: f64) -> Result<f64> {
         let km = c.distance_km(latitude_deg, longitude_deg);
         (c.population / CITY_PEOPLE).powf(0.7) * (-0.5 * (km / CITY_KM).powi(2)).exp()
     };
-    let large = gazetteer::cities()?.iter().take_while(|c| c.population >= CITY_LEAST);
+    let large = gazetteer::cities()?
+        .iter()
+        .take_while(|c| c.population >= CITY_LEAST);
     let sum: f64 = large.filter(near).map(one).sum();
     Ok(URBAN_MOST * (1.0 - (-sum).exp()))
 }
@@ -254,7 +269,9 @@ fn add_city(node: &mut Node, urban: f64, extinction: &Extinction) {
     }
     let humidity = node.humidity;
     let depth = |number: &[f64; 10], shape: usize| -> f64 {
-        let sum: f64 = (0..10).map(|c| number[c] * 1e6 * extinction.at(c, humidity)).sum();
+        let sum: f64 = (0..10)
+            .map(|c| number[c] * 1e6 * extinction.at(c, humidity))
+            .sum();
         sum * thickness_m(SHAPES[shape])
     };
     let before: f64 = (0..5).map(|s| depth(&node.number[s], s)).sum();
@@ -315,7 +332,8 @@ fn layers(node: &Node, ground_m: f64) -> AerosolMixture {
     layers.push(MixtureLayer {
         name: "free troposphere",
         reference_m: 2e3,
-        bottom_m: ground_m + node.free_from_m,
+        // Whole metres: an edge must meet the other layers' edges, or keep clear of them.
+        bottom_m: ground_m + node.free_from_m.round(),
         top_m: TOPS_M[0],
         scale_height_m: Some(8e3),
         scales_with_aod: true,
@@ -423,7 +441,10 @@ fn load() -> Result<Gads> {
             *number = column[i];
         }
         let all = layers(&node, 0.0);
-        let depths = all.layers.iter().map(|l| extinction.layer(l, node.humidity, 0.0));
+        let depths = all
+            .layers
+            .iter()
+            .map(|l| extinction.layer(l, node.humidity, 0.0));
         node.aod = depths.sum();
         nodes.push(node);
     }

@@ -150,7 +150,10 @@ mod tests {
             let blend = blended_atmosphere(lat, &july);
             let sum: f64 = blend.iter().map(|(_, w)| w).sum();
             assert!((sum - 1.0).abs() < 1e-12);
-            blend.iter().find(|(c, _)| *c == class).map_or(0.0, |(_, w)| *w)
+            blend
+                .iter()
+                .find(|(c, _)| *c == class)
+                .map_or(0.0, |(_, w)| *w)
         };
         assert!((weight(15.0, A::Tropical) - 1.0).abs() < 1e-12);
         assert!((weight(45.0, A::MidlatitudeSummer) - 1.0).abs() < 1e-12);

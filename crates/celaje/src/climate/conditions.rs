@@ -145,7 +145,9 @@ impl Conditions {
             Condition::new(value, unit, source, reason)
         };
         let found = aerosol_climate(latitude_deg, longitude_deg, altitude_m.value, instant)?;
-        let aerosol = overrides.aerosol().unwrap_or_else(|| aerosol_words(&found.mixture));
+        let aerosol = overrides
+            .aerosol()
+            .unwrap_or_else(|| aerosol_words(&found.mixture));
         let atmosphere = overrides.atmosphere();
         let blend = blended_atmosphere(latitude_deg, instant);
         let albedo = overrides.albedo();
@@ -209,7 +211,10 @@ impl Conditions {
             ("aerosol", &overrides.aerosol),
             ("atmosphere", &overrides.atmosphere),
         ] {
-            if name.as_deref().is_some_and(|n| n.trim().eq_ignore_ascii_case(CLIMATE)) {
+            if name
+                .as_deref()
+                .is_some_and(|n| n.trim().eq_ignore_ascii_case(CLIMATE))
+            {
                 let message = format!("{what} '{CLIMATE}' needs a place and a time");
                 return Err(Error::invalid(message, "give them, or name another one"));
             }
@@ -220,7 +225,12 @@ impl Conditions {
             Condition::new(value, unit, source, format!("no place given: {reason}"))
         };
         let named = |value: &str, source: &str, reason: &str| {
-            Condition::new(value.to_owned(), "", source, format!("no place given: {reason}"))
+            Condition::new(
+                value.to_owned(),
+                "",
+                source,
+                format!("no place given: {reason}"),
+            )
         };
         Ok(Self {
             latitude_deg: None,
@@ -237,7 +247,11 @@ impl Conditions {
             moon: None,
             atmosphere: overrides.atmosphere().unwrap_or_else(|| {
                 let us76 = AtmosphereClass::Us76.name();
-                named(us76, "U.S. Standard Atmosphere 1976", "the mid-latitude mean")
+                named(
+                    us76,
+                    "U.S. Standard Atmosphere 1976",
+                    "the mid-latitude mean",
+                )
             }),
             atmosphere_blend: None,
             ozone_du: overrides.ozone().unwrap_or_else(|| {
@@ -246,18 +260,27 @@ impl Conditions {
             }),
             ozone_shape: None,
             aerosol: overrides.aerosol().unwrap_or_else(|| {
-                named("opac:continental-average", OPAC_SOURCE, "a common aerosol of land")
+                named(
+                    "opac:continental-average",
+                    OPAC_SOURCE,
+                    "a common aerosol of land",
+                )
             }),
             mixture: None,
             aod_550: overrides.aod_550(|| {
-                no_place(PLACELESS_AOD_550, "", "default", "near the mean over the globe")
+                no_place(
+                    PLACELESS_AOD_550,
+                    "",
+                    "default",
+                    "near the mean over the globe",
+                )
             })?,
             humidity_percent: Condition::or_found(overrides.humidity_percent, "%", || {
                 no_place(80.0, "%", OPAC_SOURCE, "OPAC's own reference humidity")
             }),
-            albedo: overrides.albedo().unwrap_or_else(|| {
-                no_place(0.2, "", "default", "grass and crops (0.16 to 0.26)")
-            }),
+            albedo: overrides
+                .albedo()
+                .unwrap_or_else(|| no_place(0.2, "", "default", "grass and crops (0.16 to 0.26)")),
             ground: None,
         })
     }
@@ -269,7 +292,9 @@ impl Conditions {
     /// [`Error::Invalid`] if an embedded table is damaged.
     pub fn spectral_albedo(&self, wavelength_nm: &[f64]) -> Result<Vec<f64>> {
         match &self.ground {
-            Some(ground) if ground.broadband() == self.albedo.value => ground.spectral(wavelength_nm),
+            Some(ground) if ground.broadband() == self.albedo.value => {
+                ground.spectral(wavelength_nm)
+            }
             _ => Ok(vec![self.albedo.value; wavelength_nm.len()]),
         }
     }
@@ -354,9 +379,17 @@ impl Conditions {
             let shape = format!("{shape}; its light is not computed as yet");
             let seen = "from place and time; true, not refracted";
             rows.extend([
-                number("moon_elevation_deg", &lit(moon.elevation_deg, "deg", seen), 2),
+                number(
+                    "moon_elevation_deg",
+                    &lit(moon.elevation_deg, "deg", seen),
+                    2,
+                ),
                 number("moon_azimuth_deg", &lit(moon.azimuth_deg, "deg", seen), 2),
-                number("moon_distance_km", &lit(moon.distance_km, "km", "from the place"), 0),
+                number(
+                    "moon_distance_km",
+                    &lit(moon.distance_km, "km", "from the place"),
+                    0,
+                ),
                 number("moon_illuminated", &lit(moon.illuminated, "", &shape), 3),
             ]);
         }
@@ -365,7 +398,10 @@ impl Conditions {
         };
         for (event, instant) in &times.events {
             let (value, reason) = match instant {
-                Some(instant) => (instant.to_string(), "of the day around the instant, in UTC".to_owned()),
+                Some(instant) => (
+                    instant.to_string(),
+                    "of the day around the instant, in UTC".to_owned(),
+                ),
                 None => ("none".to_owned(), times.why_not(*event)),
             };
             rows.push(ConditionRow {
@@ -373,7 +409,8 @@ impl Conditions {
                 value,
                 unit: "",
                 uncertainty: None,
-                source: "NREL SPA; sunrise and sunset at -0.833°, twilights at -6°, -12°, -18°".to_owned(),
+                source: "NREL SPA; sunrise and sunset at -0.833°, twilights at -6°, -12°, -18°"
+                    .to_owned(),
                 reason,
             });
         }
@@ -444,7 +481,10 @@ fn atmosphere_words(blend: &AtmosphereBlend, latitude_deg: f64) -> Condition<Str
         CLIMATE.to_owned(),
         "",
         "AFGL 1986, Anderson et al., AFGL-TR-86-0110; ozone layer of CAM3's climatology",
-        format!("blended for {latitude_deg:.1}° N and the season: {}", parts.join(", ")),
+        format!(
+            "blended for {latitude_deg:.1}° N and the season: {}",
+            parts.join(", ")
+        ),
     )
 }
 

@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use super::blend::{cached, damaged, GlobeGrid};
+use super::blend::{cached, damaged, smoothstep, GlobeGrid};
 use crate::error::Result;
 
 const GRID: GlobeGrid = GlobeGrid {
@@ -46,12 +46,35 @@ pub fn elevation(latitude_deg: f64, longitude_deg: f64) -> Result<Elevation> {
         .iter()
         .map(|&(i, _)| (f64::from(cells[i]) - here_m).powi(2) / 4.0)
         .sum();
-    let region = GRID.pyramid(latitude_deg, longitude_deg, REGION_DEG);
+    let nodes = GRID.pyramid(latitude_deg, longitude_deg, REGION_DEG);
+    let around: f64 = nodes.iter().map(|&(i, w)| w * f64::from(cells[i])).sum();
+    // Meridians meet at the pole, and so must their regions.
+    let polar = smoothstep(85.0, 90.0, latitude_deg.abs());
+    let region_m = if polar > 0.0 {
+        around + polar * (polar_mean(cells, latitude_deg) - around)
+    } else {
+        around
+    };
     Ok(Elevation {
         here_m,
         spread_m: variance.sqrt(),
-        region_m: region.iter().map(|&(i, w)| w * f64::from(cells[i])).sum(),
+        region_m,
     })
+}
+
+/// Mean of the cells within the region of a pole \[m\].
+fn polar_mean(cells: &[f32], latitude_deg: f64) -> f64 {
+    let count = (REGION_DEG / GRID.step_deg) as usize * GRID.columns;
+    let from = if latitude_deg > 0.0 {
+        0
+    } else {
+        cells.len() - count
+    };
+    let sum: f64 = cells[from..from + count]
+        .iter()
+        .map(|&z| f64::from(z))
+        .sum();
+    sum / count as f64
 }
 
 fn load() -> Result<Vec<f32>> {

@@ -90,9 +90,8 @@ impl Ground {
         for (i, weight) in GRID.pyramid(latitude_deg, longitude_deg, WHITE_DEG) {
             let cell = cells[i];
             let marked = |bit: usize| f64::from(cell >> bit & 1);
-            let white = |from: usize| {
-                marked(from + first) * (1.0 - later) + marked(from + second) * later
-            };
+            let white =
+                |from: usize| marked(from + first) * (1.0 - later) + marked(from + second) * later;
             if (cell & 15) as usize == WATER {
                 water += weight;
                 sea_ice += weight * white(16);

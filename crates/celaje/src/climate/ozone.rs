@@ -113,7 +113,12 @@ fn sbuv(latitude_deg: f64, instant: &Instant) -> Result<OzoneColumn> {
     let four = [(first + 11) % 12, first, second, (second + 1) % 12];
     let zonal = |zone: usize| cubic(four.map(|m| zones.ozone_du[zone][m]), u);
     let du = cubic(
-        [zonal(i.saturating_sub(1)), zonal(i), zonal(i + 1), zonal((i + 2).min(last))],
+        [
+            zonal(i.saturating_sub(1)),
+            zonal(i),
+            zonal(i + 1),
+            zonal((i + 2).min(last)),
+        ],
         t,
     );
     let deviation = |zone: usize| {

@@ -58,8 +58,7 @@ pub(super) fn anthropogenic_aod_550(
         let (sin, cos) = f.turn;
         let (along, across) = (cos * east + sin * north, cos * north - sin * east);
         let side = usize::from(east > 0.0);
-        let exponent =
-            (along / f.along_deg[side]).powi(2) + (across / f.across_deg[side]).powi(2);
+        let exponent = (along / f.along_deg[side]).powi(2) + (across / f.across_deg[side]).powi(2);
         f.amplitude
             * linear_clamped(&plumes.fraction, &f.season, fraction)
             * linear_clamped(&plumes.year, &f.by_year, year)
@@ -132,7 +131,11 @@ mod tests {
                     }
                 }
             }
-            assert!((sum / area - expected).abs() < 0.001, "{year}: {}", sum / area);
+            assert!(
+                (sum / area - expected).abs() < 0.001,
+                "{year}: {}",
+                sum / area
+            );
         }
     }
 }

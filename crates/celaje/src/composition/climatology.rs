@@ -1,8 +1,6 @@
 //! What the climate's conditions hold: mixtures of aerosol, and blended air with its own ozone layer.
 
-use super::aerosol::{
-    AerosolLayer, AerosolType, LayerComponent, ParticleSource, VerticalProfile,
-};
+use super::aerosol::{AerosolLayer, AerosolType, LayerComponent, ParticleSource, VerticalProfile};
 use super::grid::{column, VerticalGrid};
 use super::{AirProfile, Atmosphere, DOBSON_UNIT_M2};
 use crate::climate::{
@@ -101,7 +99,9 @@ impl AirProfile {
         check_range("ozone", ozone_du, "DU", crate::climate::OZONE_RANGE_DU)?;
         let now = column(&self.altitude_m, &self.ozone_number_density);
         let scale = ozone_du * DOBSON_UNIT_M2 / now;
-        self.ozone_number_density.iter_mut().for_each(|n| *n *= scale);
+        self.ozone_number_density
+            .iter_mut()
+            .for_each(|n| *n *= scale);
         Ok(())
     }
 }
@@ -124,7 +124,9 @@ fn blended(
     }
     let mean = |of: fn(&AirProfile) -> &[f64], to: fn(f64) -> f64, from: fn(f64) -> f64| {
         let node = |i: usize| -> f64 { parts.iter().map(|(p, w)| w / sum * to(of(p)[i])).sum() };
-        (0..grid.altitude_m().len()).map(|i| from(node(i))).collect()
+        (0..grid.altitude_m().len())
+            .map(|i| from(node(i)))
+            .collect()
     };
     let same: fn(f64) -> f64 = |x| x;
     Ok(AirProfile {
@@ -158,7 +160,11 @@ mod tests {
                 // The gas law, which a geometric mean of densities and an arithmetic one of temperatures keep to 1 %.
                 let ratio = air.pressure_pa[i]
                     / (1.380_649e-23 * air.air_number_density[i] * air.temperature_k[i]);
-                assert!((ratio - 1.0).abs() < 0.01, "{lat} {} m: {ratio}", air.altitude_m[i]);
+                assert!(
+                    (ratio - 1.0).abs() < 0.01,
+                    "{lat} {} m: {ratio}",
+                    air.altitude_m[i]
+                );
             }
         }
     }
@@ -177,6 +183,9 @@ mod tests {
         let aerosol = AerosolType::of_conditions(&found).unwrap();
         assert_eq!(aerosol.name, CLIMATE);
         assert!(aerosol.layers.iter().any(|l| l.name == "continental"));
-        assert!(aerosol.layers.iter().any(|l| l.name == "stratosphere" && !l.scales_with_aod));
+        assert!(aerosol
+            .layers
+            .iter()
+            .any(|l| l.name == "stratosphere" && !l.scales_with_aod));
     }
 }

@@ -108,8 +108,14 @@ impl City {
 fn ambiguous(name: &str, found: &[&City]) -> Error {
     let list: Vec<String> = found.iter().take(12).map(|c| c.words()).collect();
     Error::invalid(
-        format!("place '{name}' is ambiguous: there are {} cities of that name", found.len()),
-        format!("add the country or give the coordinates: {}", list.join("; ")),
+        format!(
+            "place '{name}' is ambiguous: there are {} cities of that name",
+            found.len()
+        ),
+        format!(
+            "add the country or give the coordinates: {}",
+            list.join("; ")
+        ),
     )
 }
 
@@ -122,7 +128,8 @@ fn unknown(name: &str, key: &str, cities: &[City]) -> Error {
     // Stable: the larger city first among equally near ones.
     near.sort_by_key(|(edits, _)| *edits);
     let list: Vec<String> = near.iter().take(5).map(|(_, c)| c.words()).collect();
-    let coordinates = "give coordinates such as 41.65,-0.88 for a place that is not in the list of cities";
+    let coordinates =
+        "give coordinates such as 41.65,-0.88 for a place that is not in the list of cities";
     let hint = if list.is_empty() {
         coordinates.to_owned()
     } else {
@@ -152,12 +159,15 @@ fn fold(text: &str) -> String {
     let mut out = String::new();
     for c in text.trim().to_lowercase().chars() {
         match c {
-            'à'..='å' | 'ā' | 'ă' | 'ą' | 'ǎ' | 'ạ' | 'ả' | 'ấ' | 'ầ' | 'ậ' | 'ắ' | 'ằ' => {
+            'à'..='å' | 'ā' | 'ă' | 'ą' | 'ǎ' | 'ạ' | 'ả' | 'ấ' | 'ầ' | 'ậ' | 'ắ' | 'ằ' =>
+            {
                 out.push('a');
             }
             'ç' | 'ć' | 'ĉ' | 'ċ' | 'č' => out.push('c'),
             'ď' | 'đ' | 'ḑ' | 'ð' => out.push('d'),
-            'è'..='ë' | 'ē' | 'ĕ' | 'ė' | 'ę' | 'ě' | 'ế' | 'ề' | 'ệ' | 'ẹ' => out.push('e'),
+            'è'..='ë' | 'ē' | 'ĕ' | 'ė' | 'ę' | 'ě' | 'ế' | 'ề' | 'ệ' | 'ẹ' => {
+                out.push('e')
+            }
             'ĝ' | 'ğ' | 'ġ' | 'ģ' => out.push('g'),
             'ĥ' | 'ħ' | 'ḩ' => out.push('h'),
             'ì'..='ï' | 'ĩ' | 'ī' | 'ĭ' | 'į' | 'ı' | 'ị' => out.push('i'),
@@ -165,11 +175,14 @@ fn fold(text: &str) -> String {
             'ķ' => out.push('k'),
             'ĺ' | 'ļ' | 'ľ' | 'ł' => out.push('l'),
             'ñ' | 'ń' | 'ņ' | 'ň' => out.push('n'),
-            'ò'..='ö' | 'ø' | 'ō' | 'ŏ' | 'ő' | 'ơ' | 'ọ' | 'ồ' | 'ố' | 'ộ' => out.push('o'),
+            'ò'..='ö' | 'ø' | 'ō' | 'ŏ' | 'ő' | 'ơ' | 'ọ' | 'ồ' | 'ố' | 'ộ' => {
+                out.push('o')
+            }
             'ŕ' | 'ŗ' | 'ř' => out.push('r'),
             'ś' | 'ŝ' | 'ş' | 'š' | 'ș' => out.push('s'),
             'ţ' | 'ť' | 'ț' | 'ŧ' => out.push('t'),
-            'ù'..='ü' | 'ũ' | 'ū' | 'ŭ' | 'ů' | 'ű' | 'ų' | 'ư' | 'ủ' | 'ụ' | 'ứ' | 'ừ' => {
+            'ù'..='ü' | 'ũ' | 'ū' | 'ŭ' | 'ů' | 'ű' | 'ų' | 'ư' | 'ủ' | 'ụ' | 'ứ' | 'ừ' =>
+            {
                 out.push('u');
             }
             'ŵ' => out.push('w'),
@@ -252,7 +265,10 @@ mod tests {
         let e = find("Zaragosza").unwrap_err();
         assert!(e.hint().contains("Zaragoza, Spain"), "{}", e.hint());
         assert!(find("").is_err() && find(",").is_err());
-        assert!(find("Qqqqqqqqq").unwrap_err().hint().contains("coordinates"));
+        assert!(find("Qqqqqqqqq")
+            .unwrap_err()
+            .hint()
+            .contains("coordinates"));
     }
 
     #[test]

@@ -95,7 +95,11 @@ impl Instant {
     pub fn from_unix_seconds(seconds: f64) -> Result<Self> {
         // A little more than the years allowed, so that the sum below cannot overflow.
         crate::error::check_range("time", seconds, "s", -2.3e9..=4.2e9)?;
-        Self { day: 0, second: 0.0 }.later_by(seconds)
+        Self {
+            day: 0,
+            second: 0.0,
+        }
+        .later_by(seconds)
     }
 
     /// Seconds since 1970-01-01T00:00Z, leap seconds not counted.
@@ -126,7 +130,10 @@ impl Instant {
     pub fn now() -> Result<Self> {
         let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
         let seconds = since.map_err(|_| {
-            Error::invalid("the machine's clock is before 1970", "set it, or give a time")
+            Error::invalid(
+                "the machine's clock is before 1970",
+                "set it, or give a time",
+            )
         })?;
         Self::from_unix_seconds(seconds.as_secs_f64())
     }

@@ -111,12 +111,19 @@ impl MoonPosition {
         let nutation_deg = -17.2 / 3600.0 * node.sin();
         let obliquity = (23.439_291 - 0.013_004_2 * t + 9.2 / 3600.0 * node.cos()).to_radians();
 
-        let moon = equatorial(longitude_deg + nutation_deg, latitude_deg, centre_km, obliquity);
+        let moon = equatorial(
+            longitude_deg + nutation_deg,
+            latitude_deg,
+            centre_km,
+            obliquity,
+        );
         let sidereal_deg = 280.460_618_37
             + 360.985_647_366_29 * universal
             + 0.000_387_933 * t * t
             + nutation_deg * obliquity.cos();
-        let local = (sidereal_deg + site.longitude_deg()).rem_euclid(360.0).to_radians();
+        let local = (sidereal_deg + site.longitude_deg())
+            .rem_euclid(360.0)
+            .to_radians();
         let from_place = horizontal(moon, site, local);
         let distance_km = norm(from_place);
         let [east, north, up] = from_place;
@@ -180,12 +187,14 @@ fn geocentric(t: f64) -> (f64, f64, f64) {
 /// Ecliptic longitude of the sun \[deg\] and its distance \[au\], to 0.01°; `t` in centuries of TT (Meeus, chapter 25).
 fn sun(t: f64) -> (f64, f64) {
     let mean = 280.46646 + 36_000.769_83 * t;
-    let m = (357.52911 + 35_999.050_29 * t).rem_euclid(360.0).to_radians();
+    let m = (357.52911 + 35_999.050_29 * t)
+        .rem_euclid(360.0)
+        .to_radians();
     let centre = (1.914_602 - 0.004_817 * t) * m.sin() + 0.019_993 * (2.0 * m).sin();
     let eccentricity = 0.016_708_634 - 0.000_042_037 * t;
     let anomaly = m + centre.to_radians();
-    let au = 1.000_001_018 * (1.0 - eccentricity * eccentricity)
-        / (1.0 + eccentricity * anomaly.cos());
+    let au =
+        1.000_001_018 * (1.0 - eccentricity * eccentricity) / (1.0 + eccentricity * anomaly.cos());
     ((mean + centre - 0.005_69).rem_euclid(360.0), au)
 }
 

@@ -56,11 +56,13 @@ impl SunEvent {
             other => other.to_owned(),
         };
         let found = Self::ALL.iter().find(|(_, n)| *n == plain);
-        found.map(|(event, _)| *event).ok_or_else(|| Error::UnknownName {
-            kind: "sun event",
-            name: name.to_owned(),
-            known: Self::ALL.map(|(_, n)| n.to_owned()).to_vec(),
-        })
+        found
+            .map(|(event, _)| *event)
+            .ok_or_else(|| Error::UnknownName {
+                kind: "sun event",
+                name: name.to_owned(),
+                known: Self::ALL.map(|(_, n)| n.to_owned()).to_vec(),
+            })
     }
 
     /// Its name.
@@ -122,9 +124,7 @@ impl SunTimes {
             };
             let found = match event {
                 SunEvent::Noon => Some(noon),
-                _ if event.is_morning() => {
-                    search(noon - 0.5, noon, horizon)?.rises.last().copied()
-                }
+                _ if event.is_morning() => search(noon - 0.5, noon, horizon)?.rises.last().copied(),
                 _ => search(noon, noon + 0.5, horizon)?.sets.first().copied(),
             };
             events.push((event, found.map(at).transpose()?));
@@ -152,7 +152,10 @@ impl SunTimes {
         };
         let kind = match event {
             SunEvent::Sunrise | SunEvent::Sunset => ("polar day", "polar night"),
-            _ => ("the night does not get so dark", "the day does not get so bright"),
+            _ => (
+                "the night does not get so dark",
+                "the day does not get so bright",
+            ),
         };
         if self.noon_elevation_deg > level {
             format!("the sun stays above {level}° all day: {}", kind.0)
@@ -192,13 +195,20 @@ mod tests {
                 name if name.starts_with("astronomical") => -18.0,
                 _ => times.noon_elevation_deg,
             };
-            assert!((height - expected).abs() < 0.01, "{}: {height}", event.name());
+            assert!(
+                (height - expected).abs() < 0.01,
+                "{}: {height}",
+                event.name()
+            );
             assert!(last.is_none_or(|l| l < instant));
             last = Some(instant);
         }
         // US Naval Observatory, Zaragoza, 21 June 2026: rises 04:30, sets 19:40 UTC, to the minute or so.
         let sunset = times.get(SunEvent::Sunset).unwrap().to_string();
-        assert!(sunset.starts_with("2026-06-21T19:4") || sunset.starts_with("2026-06-21T19:39"), "{sunset}");
+        assert!(
+            sunset.starts_with("2026-06-21T19:4") || sunset.starts_with("2026-06-21T19:39"),
+            "{sunset}"
+        );
     }
 
     #[test]

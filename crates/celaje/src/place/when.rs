@@ -49,7 +49,11 @@ pub fn parse_time_at(text: &str, site: &Site, local: bool, now: &Instant) -> Res
     };
     let clock = rest.strip_prefix(['T', 't']).unwrap_or(rest).trim_start();
     if date.is_some() && clock.starts_with(|c: char| c.is_ascii_digit()) {
-        return if local { by_clock(text, site) } else { text.parse() };
+        return if local {
+            by_clock(text, site)
+        } else {
+            text.parse()
+        };
     }
     let words = if date.is_some() { clock } else { rest };
     let (word, offset_s) = split_offset(words.trim()).ok_or_else(not_understood)?;
@@ -72,7 +76,9 @@ fn split_date(text: &str) -> Option<((i64, i64, i64), &str)> {
     let mut parts = date.split('-');
     let mut number = |digits: usize| {
         let part = parts.next().filter(|p| p.len() == digits)?;
-        part.bytes().all(|b| b.is_ascii_digit()).then(|| part.parse().ok())?
+        part.bytes()
+            .all(|b| b.is_ascii_digit())
+            .then(|| part.parse().ok())?
     };
     let (year, month, day) = (number(4)?, number(2)?, number(2)?);
     Some(((year, month, day), text.get(10..)?))
@@ -99,7 +105,9 @@ fn split_offset(text: &str) -> Option<(&str, f64)> {
         let digits = rest.find(|c: char| !c.is_ascii_digit() && c != '.')?;
         let (number, tail) = rest.split_at(digits);
         let tail = tail.trim_start();
-        let unit_end = tail.find(|c: char| !c.is_alphabetic()).unwrap_or(tail.len());
+        let unit_end = tail
+            .find(|c: char| !c.is_alphabetic())
+            .unwrap_or(tail.len());
         let (unit, tail) = tail.split_at(unit_end);
         let each = match unit {
             "h" | "hour" | "hours" => 3600.0,
@@ -143,9 +151,8 @@ fn by_clock(text: &str, site: &Site) -> Result<Instant> {
 
 /// The instant at which a clock in a zone shows the fields that `fields` has in UTC.
 fn in_zone(fields: &Instant, zone: &TimeZone) -> Result<Instant> {
-    let beyond = |e: jiff::Error| {
-        Error::invalid(format!("no such local time: {e}"), "give the time in UTC")
-    };
+    let beyond =
+        |e: jiff::Error| Error::invalid(format!("no such local time: {e}"), "give the time in UTC");
     let seconds = fields.unix_seconds();
     let whole = seconds.floor();
     let utc = Timestamp::from_second(whole as i64).map_err(beyond)?;
@@ -214,14 +221,32 @@ mod tests {
             assert_eq!(winter, "2026-12-21T19:30:15Z");
         }
         // Given offsets win; the skipped hour of 29 March 2026 counts as if the clock had not been moved.
-        assert_eq!(read("2026-06-21T20:30Z", &zaragoza, true).unwrap(), "2026-06-21T20:30:00Z");
-        assert_eq!(read("2026-03-29T02:30", &zaragoza, true).unwrap(), "2026-03-29T01:30:00Z");
-        assert_eq!(read("2026-10-25T02:30", &zaragoza, true).unwrap(), "2026-10-25T00:30:00Z");
+        assert_eq!(
+            read("2026-06-21T20:30Z", &zaragoza, true).unwrap(),
+            "2026-06-21T20:30:00Z"
+        );
+        assert_eq!(
+            read("2026-03-29T02:30", &zaragoza, true).unwrap(),
+            "2026-03-29T01:30:00Z"
+        );
+        assert_eq!(
+            read("2026-10-25T02:30", &zaragoza, true).unwrap(),
+            "2026-10-25T00:30:00Z"
+        );
         let kathmandu = Site::named("Kathmandu").unwrap();
-        assert_eq!(read("2026-06-22T00:15", &kathmandu, true).unwrap(), "2026-06-21T18:30:00Z");
+        assert_eq!(
+            read("2026-06-22T00:15", &kathmandu, true).unwrap(),
+            "2026-06-21T18:30:00Z"
+        );
         let pacific = Site::new(-30.0, -130.0, 0.0).unwrap();
-        assert!(read("2026-06-21T20:30", &pacific, true).unwrap_err().to_string().contains("time zone"));
-        assert!(read("2026-06-21T20:30", &zaragoza, false).unwrap_err().to_string().contains("time zone"));
+        assert!(read("2026-06-21T20:30", &pacific, true)
+            .unwrap_err()
+            .to_string()
+            .contains("time zone"));
+        assert!(read("2026-06-21T20:30", &zaragoza, false)
+            .unwrap_err()
+            .to_string()
+            .contains("time zone"));
     }
 
     #[test]
@@ -256,7 +281,19 @@ mod tests {
         let pole = Site::new(-90.0, 0.0, 0.0).unwrap();
         let e = read("2026-06-21 sunrise", &pole, false).unwrap_err();
         assert!(e.to_string().contains("polar night"), "{e}");
-        for text in ["", "sunsets", "sunset+", "sunset+10", "sunset+10parsec", "+10min", "2026-06-21", "1899-01-01 noon", "2026-02-30 noon", "é€", "2026-06-21T25:00"] {
+        for text in [
+            "",
+            "sunsets",
+            "sunset+",
+            "sunset+10",
+            "sunset+10parsec",
+            "+10min",
+            "2026-06-21",
+            "1899-01-01 noon",
+            "2026-02-30 noon",
+            "é€",
+            "2026-06-21T25:00",
+        ] {
             assert!(read(text, &longyearbyen, true).is_err(), "{text}");
         }
     }

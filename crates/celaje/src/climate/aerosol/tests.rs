@@ -8,16 +8,17 @@ fn at(lat: f64, lon: f64, altitude_m: f64, time: &str) -> AerosolClimate {
 /// .20/.10, Antarctica .074/.038 (winter/summer).
 #[test]
 fn regional_means_of_the_data_set() {
-    let mean = |lats: std::ops::RangeInclusive<i32>, lons: std::ops::RangeInclusive<i32>, time: &str| {
-        let (mut sum, mut n) = (0.0, 0.0);
-        for lat in lats.step_by(5) {
-            for lon in lons.clone().step_by(5) {
-                sum += at(f64::from(lat), f64::from(lon), 0.0, time).gads_aod_550;
-                n += 1.0;
+    let mean =
+        |lats: std::ops::RangeInclusive<i32>, lons: std::ops::RangeInclusive<i32>, time: &str| {
+            let (mut sum, mut n) = (0.0, 0.0);
+            for lat in lats.step_by(5) {
+                for lon in lons.clone().step_by(5) {
+                    sum += at(f64::from(lat), f64::from(lon), 0.0, time).gads_aod_550;
+                    n += 1.0;
+                }
             }
-        }
-        sum / n
-    };
+            sum / n
+        };
     let (winter, summer) = ("2021-01-16T12:00Z", "2021-07-16T12:00Z");
     for (name, lats, lons, expected) in [
         ("Sahara", 20..=30, -5..=25, [0.32, 0.33]),
@@ -43,7 +44,11 @@ fn each_kind_of_place_has_its_type() {
     ] {
         let found = at(lat, lon, altitude_m, july);
         let (mixture, share) = (&found.mixture, found.mixture.share);
-        assert_eq!(mixture.nearest_type, expected, "{name}: {share:?} {}", mixture.urban);
+        assert_eq!(
+            mixture.nearest_type, expected,
+            "{name}: {share:?} {}",
+            mixture.urban
+        );
         assert!((share.iter().sum::<f64>() - 1.0).abs() < 1e-12);
     }
 }
@@ -62,8 +67,16 @@ fn one_place_has_one_aerosol() {
 #[test]
 fn high_places_stand_above_part_of_it() {
     let july = "2021-07-16T12:00Z";
-    let (foot, top) = (at(19.54, -155.58, 0.0, july), at(19.54, -155.58, 3397.0, july));
-    assert!(top.aod_550 < 0.4 * foot.aod_550, "{} {}", top.aod_550, foot.aod_550);
+    let (foot, top) = (
+        at(19.54, -155.58, 0.0, july),
+        at(19.54, -155.58, 3397.0, july),
+    );
+    assert!(
+        top.aod_550 < 0.4 * foot.aod_550,
+        "{} {}",
+        top.aod_550,
+        foot.aod_550
+    );
     // A high plain carries its own mixing layer.
     let lhasa = at(29.65, 91.1, 4500.0, july);
     assert!(lhasa.aod_550 > 0.05, "{}", lhasa.aod_550);
