@@ -74,6 +74,9 @@ const PLATEAU_AOD: [f64; 2] = [0.02, 0.01];
 
 /// OPAC urban: waso, inso, soot, particles per cm³.
 const URBAN_CM3: [f64; 3] = [28_000.0, 1.5, 130_000.0];
+/// OPAC continental average: waso, inso, soot, particles per cm³; its single-scattering albedo is that of MACv2-SP's
+/// industrial plumes, 0.93.
+const HAZE_CM3: [f64; 3] = [7_000.0, 0.4, 8_300.0];
 /// Largest share of urban aerosol in the mixing layer.
 const URBAN_MOST: f64 = 0.5;
 /// Distance over which a city's aerosol thins out \[km\], and people of a city at which it is near its full share.
@@ -168,6 +171,11 @@ pub fn aerosol_climate(
     let gads = gads()?;
     let mut node = gads.at(latitude_deg, longitude_deg, instant);
     let gads_aod_550 = node.aod;
+    let anthropogenic_aod_550 = anthropogenic_aod_550(latitude_deg, longitude_deg, instant)?;
+    // The fit's constant multiplies what the data set has; the plumes bring their own matter.
+    let raised = FIT[1] + FIT[0] / gads_aod_550;
+    let haze = FIT[2] * anthropogenic_aod_550 / raised;
+    add_haze(&mut node, haze, &gads.extinction);
     let urban = urban_share(latitude_deg, longitude_deg)?;
     add_city(&mut node, urban, &gads.extinction);
 
@@ -176,7 +184,6 @@ pub fn aerosol_climate(
     let base_m = region_m.min(altitude_m).round();
     let mut mixture = layers(&node, base_m);
     mixture.urban = urban;
-    let anthropogenic_aod_550 = anthropogenic_aod_550(latitude_deg, longitude_deg, instant)?;
 
     // The fit's constant is of the sea and the inhabited land; the ice sheets are cleaner.
     let ice = Ground::at(latitude_deg, longitude_deg, instant)?.share[6];
@@ -262,22 +269,34 @@ fn urban_share(latitude_deg: f64, longitude_deg: f64) -> Result<f64> {
     Ok(URBAN_MOST * (1.0 - (-sum).exp()))
 }
 
+/// Optical depth at 550 nm of a mixing layer over its ground.
+fn depth(number: &[f64; 10], shape: usize, humidity: f64, extinction: &Extinction) -> f64 {
+    let one = |c: usize| number[c] * 1e6 * extinction.at(c, humidity);
+    (0..10).map(one).sum::<f64>() * thickness_m(SHAPES[shape])
+}
+
+/// Adds OPAC's continental average in the amount of an optical depth: the anthropogenic plumes.
+fn add_haze(node: &mut Node, aod_550: f64, extinction: &Extinction) {
+    let mut haze = [0.0; 10];
+    haze[..3].copy_from_slice(&HAZE_CM3);
+    let scale = aod_550 / depth(&haze, CONTINENTAL, node.humidity, extinction);
+    for (number, h) in node.number[CONTINENTAL].iter_mut().zip(haze) {
+        *number += scale * h;
+    }
+}
+
 /// Replaces a share of the mixing layer by OPAC's urban aerosol of the same optical depth.
 fn add_city(node: &mut Node, urban: f64, extinction: &Extinction) {
     if urban <= 0.0 {
         return;
     }
     let humidity = node.humidity;
-    let depth = |number: &[f64; 10], shape: usize| -> f64 {
-        let sum: f64 = (0..10)
-            .map(|c| number[c] * 1e6 * extinction.at(c, humidity))
-            .sum();
-        sum * thickness_m(SHAPES[shape])
-    };
-    let before: f64 = (0..5).map(|s| depth(&node.number[s], s)).sum();
+    let before: f64 = (0..5)
+        .map(|s| depth(&node.number[s], s, humidity, extinction))
+        .sum();
     let mut city = [0.0; 10];
     city[..3].copy_from_slice(&URBAN_CM3);
-    let scale = urban * before / depth(&city, CONTINENTAL);
+    let scale = urban * before / depth(&city, CONTINENTAL, humidity, extinction);
     for number in node.number.iter_mut().flatten() {
         *number *= 1.0 - urban;
     }

@@ -16,6 +16,7 @@ mod ozone;
 mod ozone_profile;
 mod plumes;
 mod season;
+mod words;
 
 pub use aerosol::{aerosol_climate, AerosolClimate};
 pub use albedo::{Albedo, AlbedoPreset, ALBEDO_PRESETS};

@@ -116,7 +116,7 @@ fn blended(
         .map(|(class, weight)| Ok((Atmosphere::new(*class)?.profile(grid, ozone_du)?, *weight)))
         .collect::<Result<Vec<_>>>()?;
     let sum: f64 = parts.iter().map(|(_, w)| w).sum();
-    if !(sum > 0.0) {
+    if sum.is_nan() || sum <= 0.0 {
         return Err(Error::invalid(
             "a blend of atmospheres has no weight",
             "give at least one atmosphere a positive weight",
