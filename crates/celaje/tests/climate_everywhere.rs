@@ -116,7 +116,9 @@ fn nothing_jumps_from_place_to_place() {
         "2021-07-16T12:00Z",
     ] {
         let time: Instant = time.parse().unwrap();
-        for longitude in [-180.0, -123.3, -70.0, -0.88, 10.0, 46.4, 87.0, 116.4, 180.0] {
+        for longitude in [
+            -180.0, -123.3, -70.0, -38.0, -0.88, 10.0, 46.4, 87.0, 116.4, 180.0,
+        ] {
             let mut last: Option<Conditions> = None;
             for step in -900..=900 {
                 let latitude = f64::from(step) * 0.1;

@@ -188,7 +188,9 @@ pub fn aerosol_climate(
     // The fit's constant is of the sea and the inhabited land; the ice sheets are cleaner.
     let ice = Ground::at(latitude_deg, longitude_deg, instant)?.share[6];
     let not_south = 1.0 - smoothstep(60.0, 75.0, -latitude_deg);
-    let not_high_ice = 1.0 - smoothstep(0.0, 0.8, ice) * smoothstep(500.0, 2000.0, region_m);
+    // In the south latitude says it all.
+    let north = if latitude_deg > 0.0 { 1.0 } else { 0.0 };
+    let not_high_ice = 1.0 - north * smoothstep(0.0, 1.0, ice) * smoothstep(0.0, 3000.0, region_m);
     let plateau = 1.0 - not_south * not_high_ice;
     let low = FIT[0] + FIT[2] * anthropogenic_aod_550;
     let fitted = low + FIT[1] * gads_aod_550;
