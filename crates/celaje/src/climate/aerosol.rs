@@ -69,7 +69,7 @@ const FIT_RMS: f64 = 0.070;
 const LOW_HEIGHT_M: f64 = 1.7e3;
 /// Optical depth over the ice sheets, where the fit's constant is too much, and its spread.
 ///
-/// Source: Tomasi et al. 2015, doi:10.1016/j.earscirev.2014.11.008: 0.02 over the Antarctic plateau.
+/// Source: Six et al. 2005, Atmos. Environ. 39, 5041: 0.02 at 440 nm at Dome C in summer; Tomasi et al. 2015, Earth-Sci. Rev. 140.
 const PLATEAU_AOD: [f64; 2] = [0.02, 0.01];
 
 /// OPAC urban: waso, inso, soot, particles per cm³.
