@@ -112,10 +112,14 @@ fn aerosols() -> Result<Vec<Row>, Failure> {
 fn matter(source: &ParticleSource) -> &str {
     let id = match source {
         // OPAC's sulphate without any water is sulphuric acid at 75 %.
-        ParticleSource::OpacMatter(id, Some(_), _) if id == "suso" => "sulphuric acid",
+        ParticleSource::Aiaa {
+            matter,
+            humidity_percent: Some(_),
+            ..
+        } if matter == "suso" => "sulphuric acid",
         ParticleSource::Opac(id)
         | ParticleSource::OpacAt(id, _)
-        | ParticleSource::OpacMatter(id, ..) => id.as_str(),
+        | ParticleSource::Aiaa { matter: id, .. } => id.as_str(),
         ParticleSource::Fixed(particle) => particle.id.as_str(),
         _ => "other particles",
     };

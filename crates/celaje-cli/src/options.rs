@@ -5,9 +5,10 @@ use std::num::NonZeroUsize;
 use celaje::climate::{Albedo, Conditions, Overrides, OzoneClimate};
 use celaje::colour::{Exposure, Look, Observer, ToneCurve};
 use celaje::composition::aerosol::AerosolType;
+use celaje::composition::upper::{Mesosphere, Stratosphere};
 use celaje::error::check_range;
 use celaje::irradiance::Irradiance;
-use celaje::place::Site;
+use celaje::place::{parse_time, Site};
 use celaje::sensor::{Fisheye, LatLong, Perspective, Sensor, PROJECTIONS};
 use celaje::sky::{Method, RenderOptions, SunDisc};
 use celaje::spectrum::SolarSpectrum;
@@ -23,15 +24,18 @@ use crate::progress::{Progress, ProgressMode};
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Where and when")]
 pub struct WhereWhen {
-    /// Place: latitude (north positive) and longitude (east positive), degrees
-    #[arg(long, value_name = "LAT,LON", allow_hyphen_values = true)]
+    /// Place: latitude (north positive) and longitude (east positive), degrees, or the name of a city
+    #[arg(long, value_name = "LAT,LON|NAME", allow_hyphen_values = true)]
     at: Option<String>,
     /// Altitude of the ground above sea level, m, -500 to 9000 [default: climate]
     #[arg(long, value_name = "M")]
     altitude: Option<f64>,
-    /// Instant, UTC or with an offset, 1900 to 2100: 2026-06-21T18:30Z
+    /// Instant, UTC or with an offset, 1900 to 2100: 2026-06-21T18:30Z; now; or sunset, "civil dusk", "2026-06-21 noon-1h"
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     time: Option<String>,
+    /// Read the time in the place's own time zone: --time 2026-06-21T20:30 --local
+    #[arg(long)]
+    local: bool,
     /// True elevation of the sun, degrees, instead of place and time or of what they say
     #[arg(long, value_name = "DEG")]
     sun_elevation: Option<f64>,
@@ -53,6 +57,15 @@ pub struct Air {
     /// Factor on that optical depth, 0 to 100 [default: 1]
     #[arg(long, value_name = "X")]
     turbidity: Option<f64>,
+    /// Visibility at the ground, km, 0.1 to 400, instead of an optical depth
+    #[arg(long, value_name = "KM")]
+    visibility: Option<f64>,
+    /// Aerosol of the stratosphere: background, volcanic-fresh, volcanic-aged, none [default: background]
+    #[arg(long, value_name = "NAME")]
+    stratosphere: Option<String>,
+    /// Aerosol of the mesosphere: dust, ice, none [default: dust]
+    #[arg(long, value_name = "NAME")]
+    mesosphere: Option<String>,
     /// Relative humidity in which the aerosol swells, %, 0 to 99 [default: climate]
     #[arg(long, value_name = "PERCENT")]
     humidity: Option<f64>,
@@ -62,6 +75,15 @@ pub struct Air {
     /// Where the ozone column comes from, if not given (celaje list ozone-climates) [default: sbuv]
     #[arg(long, value_name = "NAME")]
     ozone_climate: Option<String>,
+    /// Nitrogen dioxide column, Dobson units, 0 to 20 [default: 0]
+    #[arg(long, value_name = "DU")]
+    no2: Option<f64>,
+    /// Precipitable water, mm, 0 to 200 [default: climate]
+    #[arg(long, value_name = "MM")]
+    water: Option<f64>,
+    /// Carbon dioxide, ppm, 0 to 10000 [default: climate]
+    #[arg(long, value_name = "PPM")]
+    co2: Option<f64>,
     /// Leave ozone out
     #[arg(long)]
     no_ozone: bool,
@@ -129,7 +151,7 @@ pub struct Picture {
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Method")]
 pub struct MethodOptions {
-    /// Method: path, tracker, classic (celaje list methods)
+    /// Method: shells, path, tracker, classic (celaje list methods)
     #[arg(long, value_name = "NAME", default_value = "path")]
     method: String,
     /// Paths per pixel or direction, 1 or more; noise falls with their square root
@@ -180,14 +202,9 @@ impl WhereWhen {
         let overrides = self.overrides(air)?;
         let conditions = match (&self.at, &self.time, self.sun_elevation) {
             (Some(at), Some(time), _) => {
-                let (latitude_deg, longitude_deg) = pair("place", at).map_err(|_| {
-                    Failure::usage(
-                        format!("place '{at}' is not LAT,LON"),
-                        "give degrees, such as --at 41.65,-0.88; names of places are not known",
-                    )
-                })?;
-                let site = Site::new(latitude_deg, longitude_deg, 0.0)?;
-                Conditions::at(&site, &time.parse()?, &overrides)?
+                let site = Site::parse(at)?;
+                let instant = parse_time(time, &site, self.local)?;
+                Conditions::at(&site, &instant, &overrides)?
             }
             (None, None, Some(elevation_deg)) => {
                 let azimuth_deg = self.sun_azimuth.unwrap_or(180.0);
@@ -195,8 +212,10 @@ impl WhereWhen {
             }
             (at, time, _) => return Err(incomplete(at.is_some(), time.is_some())),
         };
-        let latitude_deg = conditions.latitude_deg.as_ref().map_or(45.0, |c| c.value);
-        AerosolType::named(&conditions.aerosol.value, latitude_deg)?;
+        // Names are looked up where things are composed: an unknown one is refused here, before any work.
+        AerosolType::of_conditions(&conditions)?;
+        Stratosphere::named(&conditions.stratosphere.value)?;
+        Mesosphere::named(&conditions.mesosphere.value)?;
         Ok(conditions)
     }
 
@@ -216,6 +235,12 @@ impl WhereWhen {
             turbidity: air.turbidity,
             humidity_percent: air.humidity,
             albedo: albedo.transpose()?,
+            visibility_km: air.visibility,
+            no2_du: air.no2,
+            water_mm: air.water,
+            co2_ppm: air.co2,
+            stratosphere: air.stratosphere.clone(),
+            mesosphere: air.mesosphere.clone(),
             ..Overrides::default()
         })
     }

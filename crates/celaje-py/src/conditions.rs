@@ -71,6 +71,7 @@ impl Conditions {
             turbidity,
             humidity_percent,
             albedo: albedo.map(AlbedoArgument::read).transpose()?,
+            ..Overrides::default()
         };
         let inner = match (at, time, sun_elevation) {
             (Some((latitude_deg, longitude_deg)), Some(time), _) => {

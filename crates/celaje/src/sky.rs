@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 use crate::climate::{Condition, Conditions};
 use crate::composition::aerosol::AerosolType;
 use crate::composition::upper::{Mesosphere, Stratosphere};
-use crate::composition::{AirProfile, Atmosphere, GasColumns};
+use crate::composition::AirProfile;
 use crate::error::{check_range, Error, Result};
 use crate::film::Film;
 use crate::math::Vec3;
@@ -125,16 +125,6 @@ pub struct Sky {
     pub albedo: Vec<f64>,
 }
 
-/// The columns of the gases among the conditions.
-fn gas_columns(conditions: &Conditions) -> GasColumns {
-    GasColumns {
-        ozone_du: conditions.ozone_du.value,
-        no2_du: conditions.no2_du.value,
-        water_mm: conditions.water_mm.value,
-        co2_ppm: conditions.co2_ppm.value,
-    }
-}
-
 /// Sets the amount of aerosol that the conditions ask for, and enters its optical depth there.
 fn load_aerosol(
     aerosol: &mut AerosolOptics,
@@ -169,8 +159,7 @@ impl Sky {
         wavelength: &WavelengthGrid,
         solar: SolarSpectrum,
     ) -> Result<Self> {
-        let latitude_deg = conditions.latitude_deg.as_ref().map_or(45.0, |c| c.value);
-        let aerosol = AerosolType::named(&conditions.aerosol.value, latitude_deg)?;
+        let aerosol = AerosolType::of_conditions(&conditions)?;
         Self::with_aerosol(conditions, &aerosol, wavelength, solar)
     }
 
@@ -194,8 +183,7 @@ impl Sky {
         let mut aerosol = aerosol_optics(&aerosol, conditions.humidity_percent.value, wavelength)?;
 
         let grid = grid_with_edges(ground_m, &aerosol)?;
-        let air = Atmosphere::named(&conditions.atmosphere.value)?
-            .profile_with(&grid, &gas_columns(&conditions))?;
+        let air = AirProfile::of_conditions(&conditions, &grid)?;
         load_aerosol(&mut aerosol, &mut conditions, &air)?;
         let medium = from_atmosphere(&air, &aerosol, wavelength, PLANET_RADIUS_M)?;
 
@@ -214,7 +202,7 @@ impl Sky {
             &irradiance,
             position.angular_radius_deg(),
         )?;
-        let albedo = vec![conditions.albedo.value; wavelength.len()];
+        let albedo = conditions.spectral_albedo(wavelength.nm())?;
         Ok(Self {
             conditions: Some(conditions),
             composition: Some(Composition { air, aerosol }),

@@ -1,7 +1,9 @@
 //! Which reference atmosphere a place and a season call for.
 
+use super::blend::july_weight;
 use super::season::Season;
 use crate::error::{Error, Result};
+use crate::place::Instant;
 
 /// The reference atmospheres: US Standard 1976 and the AFGL 1986 set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
@@ -106,6 +108,32 @@ impl AtmosphereClass {
     }
 }
 
+/// Reference atmospheres with their weights, which sum to 1.
+pub type AtmosphereBlend = Vec<(AtmosphereClass, f64)>;
+
+/// The AFGL atmospheres of a place and an instant, blended so that nothing jumps.
+///
+/// Linear in latitude between 15°, 45° and 60°, where the atmospheres are from, and a cosine between their months,
+/// mid-January and mid-July; the south is half a year behind.
+pub fn blended_atmosphere(latitude_deg: f64, instant: &Instant) -> AtmosphereBlend {
+    use AtmosphereClass as A;
+    let july = july_weight(instant);
+    let summer = if latitude_deg < 0.0 { 1.0 - july } else { july };
+    let latitude = latitude_deg.abs();
+    let middle_from_tropics = ((latitude - 15.0) / 30.0).clamp(0.0, 1.0);
+    let subarctic = ((latitude - 45.0) / 15.0).clamp(0.0, 1.0);
+    let middle = middle_from_tropics * (1.0 - subarctic);
+    let mut blend = vec![
+        (A::Tropical, 1.0 - middle_from_tropics),
+        (A::MidlatitudeSummer, middle * summer),
+        (A::MidlatitudeWinter, middle * (1.0 - summer)),
+        (A::SubarcticSummer, subarctic * summer),
+        (A::SubarcticWinter, subarctic * (1.0 - summer)),
+    ];
+    blend.retain(|(_, weight)| *weight > 0.0);
+    blend
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -130,5 +158,26 @@ mod tests {
             .unwrap_err()
             .hint()
             .contains("did you mean 'us76'"));
+    }
+
+    #[test]
+    fn blends_are_whole_and_meet_the_classes() {
+        use AtmosphereClass as A;
+        let july: Instant = "2021-07-16T12:00Z".parse().unwrap();
+        let weight = |lat: f64, class: A| {
+            let blend = blended_atmosphere(lat, &july);
+            let sum: f64 = blend.iter().map(|(_, w)| w).sum();
+            assert!((sum - 1.0).abs() < 1e-12);
+            blend
+                .iter()
+                .find(|(c, _)| *c == class)
+                .map_or(0.0, |(_, w)| *w)
+        };
+        assert!((weight(15.0, A::Tropical) - 1.0).abs() < 1e-12);
+        assert!((weight(45.0, A::MidlatitudeSummer) - 1.0).abs() < 1e-12);
+        assert!((weight(-45.0, A::MidlatitudeWinter) - 1.0).abs() < 1e-12);
+        assert!((weight(70.0, A::SubarcticSummer) - 1.0).abs() < 1e-12);
+        assert!((weight(30.0, A::Tropical) - 0.5).abs() < 1e-12);
+        assert!((weight(-52.5, A::SubarcticWinter) - 0.5).abs() < 1e-12);
     }
 }

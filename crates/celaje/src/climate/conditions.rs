@@ -1,8 +1,19 @@
 //! Everything that a sky needs to know about its place and time, each value with its reason.
 
-use super::{AtmosphereClass, Overrides, Season};
-use crate::error::Result;
-use crate::place::{Instant, Site, SunPosition};
+use super::words::{
+    aerosol_words, albedo_words, altitude, aod_words, atmosphere_words, ozone, GADS_SOURCE,
+    OPAC_SOURCE,
+};
+use super::Season;
+use super::{
+    aerosol_climate, blended_atmosphere, ozone_shape, AerosolMixture, AtmosphereBlend,
+    AtmosphereClass, Ground, Overrides, OzoneShape,
+};
+use crate::error::{Error, Result};
+use crate::place::{Instant, MoonPosition, Site, SunPosition, SunTimes};
+
+/// Name of an aerosol or an atmosphere that is found for its place instead of being one of the named ones.
+pub const CLIMATE: &str = "climate";
 
 /// One value in force: what it is, where it comes from and why.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -11,6 +22,8 @@ pub struct Condition<T> {
     pub value: T,
     /// Unit, empty for a pure number or a name.
     pub unit: &'static str,
+    /// Standard deviation about the value, in `unit`, where known.
+    pub uncertainty: Option<f64>,
     /// Data or method that the value comes from.
     pub source: String,
     /// Why this value, in words for people.
@@ -28,9 +41,16 @@ impl<T> Condition<T> {
         Self {
             value,
             unit,
+            uncertainty: None,
             source: source.into(),
             reason: reason.into(),
         }
+    }
+
+    /// The same with a standard deviation, in its unit.
+    pub fn with_uncertainty(mut self, uncertainty: f64) -> Self {
+        self.uncertainty = Some(uncertainty);
+        self
     }
 
     /// A value that the user gave.
@@ -68,8 +88,12 @@ pub struct Conditions {
     pub sun_azimuth_deg: Condition<f64>,
     /// Distance of the sun \[au\].
     pub sun_distance_au: Condition<f64>,
-    /// Reference atmosphere, an [`AtmosphereClass`] by name.
+    /// The Moon, which does not shine as yet; none when only the sun was given.
+    pub moon: Option<MoonPosition>,
+    /// Reference atmosphere, an [`AtmosphereClass`] by name, or [`CLIMATE`]: the blend below.
     pub atmosphere: Condition<String>,
+    /// Reference atmospheres and their weights, in force while `atmosphere` is [`CLIMATE`].
+    pub atmosphere_blend: Option<AtmosphereBlend>,
     /// Ozone column above the ground \[DU\]; 0 without ozone.
     pub ozone_du: Condition<f64>,
     /// Nitrogen dioxide column above the ground \[DU\].
@@ -78,9 +102,14 @@ pub struct Conditions {
     pub water_mm: Condition<f64>,
     /// Carbon dioxide \[ppm\].
     pub co2_ppm: Condition<f64>,
-    /// Aerosol type by name: bare names are AIAA types, `opac:…` OPAC's.
+    /// Shape of the ozone layer, in force while `atmosphere` is [`CLIMATE`].
+    #[serde(skip)]
+    pub ozone_shape: Option<OzoneShape>,
+    /// Aerosol type by name: bare names are AIAA types, `opac:…` OPAC's, [`CLIMATE`] the mixture below.
     pub aerosol: Condition<String>,
-    /// Aerosol optical depth at 550 nm, vertical, from the ground up \[1\].
+    /// Components and layers, in force while `aerosol` is [`CLIMATE`].
+    pub mixture: Option<AerosolMixture>,
+    /// Optical depth of the tropospheric aerosol at 550 nm, vertical, from the ground up \[1\].
     pub aod_550: Condition<f64>,
     /// Visibility at the ground \[km\], which sets the optical depth if it is given.
     pub visibility_km: Option<Condition<f64>>,
@@ -92,8 +121,10 @@ pub struct Conditions {
     pub mesosphere: Condition<String>,
     /// Relative humidity of the aerosol \[%\].
     pub humidity_percent: Condition<f64>,
-    /// Albedo of the ground, Lambertian \[1\].
+    /// Albedo of the ground, Lambertian, broadband \[1\].
     pub albedo: Condition<f64>,
+    /// What the ground is made of, which gives the albedo its spectrum as long as `albedo` is its broadband value.
+    pub ground: Option<Ground>,
 }
 
 /// One line of [`Conditions::rows`].
@@ -105,6 +136,8 @@ pub struct ConditionRow {
     pub value: String,
     /// Unit, empty for a pure number or a name.
     pub unit: &'static str,
+    /// Standard deviation about the value, in its unit, where known.
+    pub uncertainty: Option<f64>,
     /// Data or method.
     pub source: String,
     /// Why this value.
@@ -114,44 +147,45 @@ pub struct ConditionRow {
 impl Conditions {
     /// Conditions at a place and an instant, found unless overridden.
     ///
-    /// `overrides.altitude_m` replaces the altitude of `site`; the sun's angles follow place and time unless
-    /// they are overridden too.
+    /// `overrides.altitude_m` replaces the altitude of `site`; a site at exactly 0 m counts as one of unknown altitude and
+    /// takes it from the map of elevations. The sun's angles follow place and time unless they are overridden too.
     ///
     /// # Errors
     /// As [`Overrides::check`].
     pub fn at(site: &Site, instant: &Instant, overrides: &Overrides) -> Result<Self> {
         overrides.check()?;
         let (latitude_deg, longitude_deg) = (site.latitude_deg(), site.longitude_deg());
-        let altitude_m = overrides.altitude_m.unwrap_or(site.altitude_m());
-        let site = Site::new(latitude_deg, longitude_deg, altitude_m)?;
+        let altitude_m = altitude(overrides.altitude_m, site)?;
+        let site = Site::new(latitude_deg, longitude_deg, altitude_m.value)?;
         let sun = SunPosition::at(&site, instant)?;
         let spa = |value: f64, unit: &'static str| {
             let source = "NREL SPA, Reda & Andreas 2004, doi:10.1016/j.solener.2003.12.003";
-            Condition::new(
-                value,
-                unit,
-                source,
-                "from place and time; true, not refracted",
-            )
+            let reason = "from place and time; true, not refracted";
+            Condition::new(value, unit, source, reason)
         };
-        let ozone = || -> Result<Condition<f64>> {
-            let climate = overrides.ozone_climate.unwrap_or_default();
-            let column = climate.column(latitude_deg, longitude_deg, instant)?;
-            Ok(Condition::new(
-                column.du,
-                "DU",
-                column.source,
-                column.reason,
-            ))
+        let found = aerosol_climate(latitude_deg, longitude_deg, altitude_m.value, instant)?;
+        let aerosol = overrides
+            .aerosol()
+            .unwrap_or_else(|| aerosol_words(&found.mixture));
+        let atmosphere = overrides.atmosphere();
+        let blend = blended_atmosphere(latitude_deg, instant);
+        let albedo = overrides.albedo();
+        let ground = match albedo {
+            Some(_) => None,
+            None => Some(Ground::at(latitude_deg, longitude_deg, instant)?),
         };
-        let season = Season::at(latitude_deg, instant);
-        let class = AtmosphereClass::nearest(latitude_deg, season);
-        let atmosphere_name = overrides.atmosphere.as_deref().unwrap_or(class.name());
+        let class = AtmosphereClass::nearest(latitude_deg, Season::at(latitude_deg, instant));
+        let water = overrides.water(
+            atmosphere
+                .as_ref()
+                .map_or(class.name(), |a| a.value.as_str()),
+            altitude_m.value,
+        );
         Ok(Self {
             latitude_deg: Some(Condition::given(latitude_deg, "deg")),
             longitude_deg: Some(Condition::given(longitude_deg, "deg")),
             time: Some(Condition::given(*instant, "")),
-            altitude_m: altitude(overrides.altitude_m, site.altitude_m()),
+            altitude_m,
             sun_elevation_deg: Condition::or_found(overrides.sun_elevation_deg, "deg", || {
                 spa(sun.elevation_deg(), "deg")
             }),
@@ -161,43 +195,41 @@ impl Conditions {
             sun_distance_au: Condition::or_found(overrides.sun_distance_au, "au", || {
                 spa(sun.distance_au(), "au")
             }),
-            atmosphere: Condition::or_found(overrides.atmosphere.clone(), "", || {
-                let season = if season == Season::Summer {
-                    "summer"
-                } else {
-                    "winter"
-                };
-                Condition::new(
-                    class.name().to_owned(),
-                    "",
-                    "AFGL 1986, Anderson et al., AFGL-TR-86-0110",
-                    format!(
-                        "reference atmosphere nearest to latitude {latitude_deg:.1}° in {season}"
-                    ),
-                )
-            }),
+            moon: Some(MoonPosition::at(&site, instant)?),
+            atmosphere_blend: atmosphere.is_none().then(|| blend.clone()),
+            ozone_shape: match atmosphere {
+                Some(_) => None,
+                None => Some(ozone_shape(latitude_deg, instant)?),
+            },
+            atmosphere: atmosphere.unwrap_or_else(|| atmosphere_words(&blend, latitude_deg)),
             ozone_du: match overrides.ozone() {
                 Some(given) => given,
-                None => ozone()?,
+                None => ozone(overrides, latitude_deg, longitude_deg, instant)?,
             },
             no2_du: overrides.no2(),
-            water_mm: overrides.water(atmosphere_name, altitude_m),
+            water_mm: water,
             co2_ppm: overrides.co2(),
-            aerosol: overrides.aerosol(),
-            aod_550: overrides.aod_550(),
             visibility_km: overrides.visibility_km.map(|v| Condition::given(v, "km")),
             tabulated_factor: overrides.tabulated_factor(),
             stratosphere: overrides.stratosphere(),
             mesosphere: overrides.mesosphere(),
-            humidity_percent: overrides.humidity(),
-            albedo: overrides.albedo(),
+            aod_550: overrides.aod_550(|| aod_words(&found))?,
+            humidity_percent: Condition::or_found(overrides.humidity_percent, "%", || {
+                let reason = "usual here at this time of year";
+                Condition::new(found.mixture.humidity_percent, "%", GADS_SOURCE, reason)
+                    .with_uncertainty(15.0)
+            }),
+            mixture: (aerosol.value == CLIMATE).then_some(found.mixture),
+            aerosol,
+            albedo: albedo.unwrap_or_else(|| albedo_words(ground.as_ref())),
+            ground,
         })
     }
 
     /// Conditions under a sun put anywhere by hand, without place and time.
     ///
     /// What a place would tell is taken from 45° N in June, in the mean: US standard atmosphere, 340 DU of ozone, the
-    /// ground at sea level, the sun at 1 au.
+    /// ground at sea level, OPAC's continental average at an optical depth of 0.12, the sun at 1 au.
     ///
     /// # Arguments
     /// * `elevation_deg` — true elevation of the sun, −90 to 90
@@ -205,51 +237,111 @@ impl Conditions {
     /// * `overrides` — what is to be taken instead; its sun angles are not looked at
     ///
     /// # Errors
-    /// As [`Overrides::check`] and [`SunPosition::new`].
+    /// As [`Overrides::check`] and [`SunPosition::new`]; [`Error::Invalid`] for [`CLIMATE`], which needs a place.
     pub fn from_sun(elevation_deg: f64, azimuth_deg: f64, overrides: &Overrides) -> Result<Self> {
         overrides.check()?;
+        for (what, name) in [
+            ("aerosol", &overrides.aerosol),
+            ("atmosphere", &overrides.atmosphere),
+        ] {
+            if name
+                .as_deref()
+                .is_some_and(|n| n.trim().eq_ignore_ascii_case(CLIMATE))
+            {
+                let message = format!("{what} '{CLIMATE}' needs a place and a time");
+                return Err(Error::invalid(message, "give them, or name another one"));
+            }
+        }
         let distance_au = overrides.sun_distance_au.unwrap_or(1.0);
         let sun = SunPosition::new(azimuth_deg, elevation_deg, distance_au)?;
         let us76 = AtmosphereClass::Us76.name();
-        let atmosphere_name = overrides.atmosphere.as_deref().unwrap_or(us76);
+        let water = overrides.water(
+            overrides.atmosphere.as_deref().unwrap_or(us76),
+            overrides.altitude_m.unwrap_or(0.0),
+        );
+        let no_place = |value, unit, source: &str, reason: &str| {
+            Condition::new(value, unit, source, format!("no place given: {reason}"))
+        };
+        let named = |value: &str, source: &str, reason: &str| {
+            Condition::new(
+                value.to_owned(),
+                "",
+                source,
+                format!("no place given: {reason}"),
+            )
+        };
         Ok(Self {
             latitude_deg: None,
             longitude_deg: None,
             time: None,
-            altitude_m: altitude(overrides.altitude_m, 0.0),
+            altitude_m: Condition::or_found(overrides.altitude_m, "m", || {
+                no_place(0.0, "m", "default", "sea level")
+            }),
             sun_elevation_deg: Condition::given(sun.elevation_deg(), "deg"),
             sun_azimuth_deg: Condition::given(sun.azimuth_deg(), "deg"),
             sun_distance_au: Condition::or_found(overrides.sun_distance_au, "au", || {
                 Condition::new(1.0, "au", "definition", "no date given: the mean distance")
             }),
-            atmosphere: Condition::or_found(overrides.atmosphere.clone(), "", || {
-                Condition::new(
-                    AtmosphereClass::Us76.name().to_owned(),
-                    "",
+            moon: None,
+            atmosphere: overrides.atmosphere().unwrap_or_else(|| {
+                let us76 = AtmosphereClass::Us76.name();
+                named(
+                    us76,
                     "U.S. Standard Atmosphere 1976",
-                    "no place given: the mid-latitude mean",
+                    "the mid-latitude mean",
                 )
             }),
+            atmosphere_blend: None,
             ozone_du: overrides.ozone().unwrap_or_else(|| {
-                Condition::new(
-                    PLACELESS_OZONE_DU,
-                    "DU",
-                    "NOAA SBUV/2 v8 zonal monthly means 1998-2015",
-                    "no place given: usual for 45° N in June",
+                let source = "NOAA SBUV/2 v8 zonal monthly means 1998-2015";
+                no_place(PLACELESS_OZONE_DU, "DU", source, "usual for 45° N in June")
+            }),
+            ozone_shape: None,
+            aerosol: overrides.aerosol().unwrap_or_else(|| {
+                named(
+                    "opac:continental-average",
+                    OPAC_SOURCE,
+                    "a common aerosol of land",
                 )
             }),
             no2_du: overrides.no2(),
-            water_mm: overrides.water(atmosphere_name, overrides.altitude_m.unwrap_or(0.0)),
+            water_mm: water,
             co2_ppm: overrides.co2(),
-            aerosol: overrides.aerosol(),
-            aod_550: overrides.aod_550(),
             visibility_km: overrides.visibility_km.map(|v| Condition::given(v, "km")),
             tabulated_factor: overrides.tabulated_factor(),
             stratosphere: overrides.stratosphere(),
             mesosphere: overrides.mesosphere(),
-            humidity_percent: overrides.humidity(),
-            albedo: overrides.albedo(),
+            mixture: None,
+            aod_550: overrides.aod_550(|| {
+                no_place(
+                    PLACELESS_AOD_550,
+                    "",
+                    "default",
+                    "near the mean over the globe",
+                )
+            })?,
+            humidity_percent: Condition::or_found(overrides.humidity_percent, "%", || {
+                no_place(80.0, "%", OPAC_SOURCE, "OPAC's own reference humidity")
+            }),
+            albedo: overrides
+                .albedo()
+                .unwrap_or_else(|| no_place(0.2, "", "default", "grass and crops (0.16 to 0.26)")),
+            ground: None,
         })
+    }
+
+    /// Albedo of the ground \[1\] at vacuum wavelengths \[nm\]: the spectrum of [`Self::ground`] while `albedo` is its
+    /// broadband value, `albedo` at all wavelengths otherwise.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] if an embedded table is damaged.
+    pub fn spectral_albedo(&self, wavelength_nm: &[f64]) -> Result<Vec<f64>> {
+        match &self.ground {
+            Some(ground) if ground.broadband() == self.albedo.value => {
+                ground.spectral(wavelength_nm)
+            }
+            _ => Ok(vec![self.albedo.value; wavelength_nm.len()]),
+        }
     }
 
     /// The sun's position in force.
@@ -306,10 +398,12 @@ impl Conditions {
             number("humidity_percent", &self.humidity_percent, 1),
             number("albedo", &self.albedo, 4),
         ]);
+        rows.extend(self.day_rows());
         rows.push(ConditionRow {
             key: "refraction",
             value: "none".to_owned(),
             unit: "",
+            uncertainty: None,
             source: "method".to_owned(),
             reason: "rays are straight as yet: at the horizon a real sun is seen 0.5° higher, and sets some \
                      minutes later"
@@ -319,17 +413,90 @@ impl Conditions {
     }
 }
 
+impl Conditions {
+    /// The sun's events of the day around the instant, in UTC; none when only the sun was given.
+    ///
+    /// # Errors
+    /// As [`SunTimes::around`].
+    pub fn sun_times(&self) -> Result<Option<SunTimes>> {
+        let (Some(lat), Some(lon), Some(time)) =
+            (&self.latitude_deg, &self.longitude_deg, &self.time)
+        else {
+            return Ok(None);
+        };
+        let site = Site::new(lat.value, lon.value, 0.0)?;
+        Ok(Some(SunTimes::around(&site, &time.value)?))
+    }
+
+    /// Lines on the Moon and on the day's sun.
+    fn day_rows(&self) -> Vec<ConditionRow> {
+        let mut rows = Vec::new();
+        if let Some(moon) = &self.moon {
+            let lit = |value: f64, unit: &'static str, reason: &str| {
+                let source = "Meeus 1998, Astronomical Algorithms, chapter 47";
+                Condition::new(value, unit, source, reason)
+            };
+            let shape = if moon.waxing { "waxing" } else { "waning" };
+            let shape = format!("{shape}; its light is not computed as yet");
+            let seen = "from place and time; true, not refracted";
+            rows.extend([
+                number(
+                    "moon_elevation_deg",
+                    &lit(moon.elevation_deg, "deg", seen),
+                    2,
+                ),
+                number("moon_azimuth_deg", &lit(moon.azimuth_deg, "deg", seen), 2),
+                number(
+                    "moon_distance_km",
+                    &lit(moon.distance_km, "km", "from the place"),
+                    0,
+                ),
+                number("moon_illuminated", &lit(moon.illuminated, "", &shape), 3),
+            ]);
+        }
+        let Ok(Some(times)) = self.sun_times() else {
+            return rows;
+        };
+        for (event, instant) in &times.events {
+            let (value, reason) = match instant {
+                Some(instant) => (
+                    instant.to_string(),
+                    "of the day around the instant, in UTC".to_owned(),
+                ),
+                None => ("none".to_owned(), times.why_not(*event)),
+            };
+            rows.push(ConditionRow {
+                key: event_key(event.name()),
+                value,
+                unit: "",
+                uncertainty: None,
+                source: "NREL SPA; sunrise and sunset at -0.833°, twilights at -6°, -12°, -18°"
+                    .to_owned(),
+                reason,
+            });
+        }
+        rows
+    }
+}
+
+/// The name of a sun event as a key.
+fn event_key(name: &'static str) -> &'static str {
+    match name {
+        "astronomical dawn" => "astronomical_dawn",
+        "nautical dawn" => "nautical_dawn",
+        "civil dawn" => "civil_dawn",
+        "civil dusk" => "civil_dusk",
+        "nautical dusk" => "nautical_dusk",
+        "astronomical dusk" => "astronomical_dusk",
+        other => other,
+    }
+}
+
 /// Ozone column where no place is given \[DU\]: the SBUV table at 45° N in mid-June, rounded to 10 DU.
 const PLACELESS_OZONE_DU: f64 = 340.0;
 
-/// Altitude of the ground: the override, else the site's, else sea level.
-fn altitude(given_m: Option<f64>, site_m: f64) -> Condition<f64> {
-    let given_m = given_m.or((site_m != 0.0).then_some(site_m));
-    Condition::or_found(given_m, "m", || {
-        let reason = "sea level, for none was given and no map of elevations is built in as yet";
-        Condition::new(0.0, "m", "default", reason)
-    })
-}
+/// Optical depth where no place is given \[1\]: near the mean over the globe, and the default of the AIAA types.
+const PLACELESS_AOD_550: f64 = 0.12;
 
 fn number(key: &'static str, c: &Condition<f64>, digits: usize) -> ConditionRow {
     row(key, c, trimmed(c.value, digits))
@@ -340,6 +507,7 @@ fn row<T>(key: &'static str, c: &Condition<T>, value: String) -> ConditionRow {
         key,
         value,
         unit: c.unit,
+        uncertainty: c.uncertainty,
         source: c.source.clone(),
         reason: c.reason.clone(),
     }
@@ -374,10 +542,18 @@ mod tests {
         assert!((c.sun_elevation_deg.value - 11.001644).abs() < 1e-3);
         assert!((c.sun_azimuth_deg.value - 291.674025).abs() < 1e-3);
         assert!((c.sun_distance_au.value - 1.016_219_09).abs() < 1e-5);
-        assert_eq!(c.atmosphere.value, "midlatitude-summer");
+        assert_eq!(c.atmosphere.value, "climate");
+        assert!(c.atmosphere.reason.contains("midlatitude-summer"));
         assert!((c.ozone_du.value - 327.0).abs() < 10.0, "{:?}", c.ozone_du);
-        assert_eq!(c.aerosol.value, "opac:continental-average");
-        assert!(c.aod_550.reason.contains("simple as yet"));
+        assert_eq!(c.aerosol.value, "climate");
+        assert!(c.aerosol.reason.contains("nearest AIAA type"));
+        assert!((0.08..0.35).contains(&c.aod_550.value), "{:?}", c.aod_550);
+        // The map's half-degree mean; the city itself stands at 208 m.
+        let altitude = &c.altitude_m;
+        assert!((altitude.value - 208.0).abs() < 2.0 * altitude.uncertainty.unwrap());
+        assert!((0.1..0.25).contains(&c.albedo.value));
+        let spectrum = c.spectral_albedo(&[450.0, 850.0]).unwrap();
+        assert!(spectrum[1] > 2.0 * spectrum[0], "{spectrum:?}");
         for row in c.rows() {
             assert!(!row.value.is_empty() && !row.reason.is_empty() && !row.source.is_empty());
         }

@@ -1,6 +1,6 @@
 //! What the user wants instead of what the climate says.
 
-use super::{Albedo, AtmosphereClass, Condition, OzoneClimate, OZONE_RANGE_DU};
+use super::{Albedo, AtmosphereClass, Condition, OzoneClimate, CLIMATE, OZONE_RANGE_DU};
 use crate::error::{check_range, Error, Result};
 use crate::place::{Site, SunPosition};
 
@@ -23,7 +23,7 @@ pub struct Overrides {
     pub sun_azimuth_deg: Option<f64>,
     /// Distance of the sun \[au\], 0.9 to 1.1.
     pub sun_distance_au: Option<f64>,
-    /// Name of a reference atmosphere, see [`AtmosphereClass`].
+    /// Name of a reference atmosphere, see [`AtmosphereClass`], or [`CLIMATE`].
     pub atmosphere: Option<String>,
     /// Ozone column \[DU\], 0 to 1000.
     pub ozone_du: Option<f64>,
@@ -37,7 +37,7 @@ pub struct Overrides {
     pub water_mm: Option<f64>,
     /// Carbon dioxide \[ppm\], 0 to 10 000.
     pub co2_ppm: Option<f64>,
-    /// Aerosol type by name; whether there is such a type is checked where it is composed.
+    /// Aerosol type by name, or [`CLIMATE`]; whether there is such a type is checked where it is composed.
     pub aerosol: Option<String>,
     /// Vertical aerosol optical depth at 550 nm \[1\], 0 to 10.
     pub aod_550: Option<f64>,
@@ -56,9 +56,6 @@ pub struct Overrides {
     /// Albedo of the ground.
     pub albedo: Option<Albedo>,
 }
-
-/// Optical depth where none is given: near the mean over the globe, and the default of the AIAA types.
-const DEFAULT_AOD_550: f64 = 0.12;
 
 /// Scale height of water vapour \[m\].
 const WATER_SCALE_M: f64 = 2000.0;
@@ -84,8 +81,6 @@ impl Overrides {
         check("co2", self.co2_ppm, "ppm", 0.0..=10_000.0)?;
         check("aod", self.aod_550, "", 0.0..=10.0)?;
         check("turbidity", self.turbidity, "", 0.0..=100.0)?;
-        let optical_depth = self.aod_550().value;
-        check("aod times turbidity", Some(optical_depth), "", 0.0..=10.0)?;
         check("visibility", self.visibility_km, "km", 0.1..=400.0)?;
         let amounts = [
             self.aod_550.is_some() || (self.turbidity.is_some() && !self.aerosol_as_tabulated),
@@ -98,12 +93,16 @@ impl Overrides {
                 "give an optical depth, or a visibility, or take it as tabulated",
             ));
         }
+        if let Some(aod) = self.aod_550 {
+            let optical_depth = aod * self.turbidity.unwrap_or(1.0);
+            check("aod times turbidity", Some(optical_depth), "", 0.0..=10.0)?;
+        }
         check("humidity", self.humidity_percent, "%", 0.0..=99.0)?;
         if let Some(Albedo::Value(albedo)) = self.albedo {
             Albedo::new(albedo)?;
         }
-        if let Some(name) = &self.atmosphere {
-            AtmosphereClass::named(name)?;
+        if let Some(atmosphere) = self.atmosphere() {
+            AtmosphereClass::named(&atmosphere.value)?;
         }
         if self.no_ozone && self.ozone_du.is_some_and(|du| du > 0.0) {
             return Err(Error::invalid(
@@ -159,17 +158,6 @@ impl Overrides {
         })
     }
 
-    pub(super) fn aerosol(&self) -> Condition<String> {
-        Condition::or_found(self.aerosol.clone(), "", || {
-            Condition::new(
-                "opac:continental-average".to_owned(),
-                "",
-                "OPAC, Hess, Koepke & Schult 1998",
-                "the same everywhere: the climate of aerosols is simple as yet and knows no places",
-            )
-        })
-    }
-
     pub(super) fn stratosphere(&self) -> Condition<String> {
         Condition::or_found(self.stratosphere.clone(), "", || {
             let reason = "no great eruption is assumed";
@@ -192,43 +180,35 @@ impl Overrides {
         factor.map(|factor| Condition::given(factor, ""))
     }
 
-    pub(super) fn aod_550(&self) -> Condition<f64> {
-        let mut aod = Condition::or_found(self.aod_550, "", || {
-            Condition::new(
-                DEFAULT_AOD_550,
-                "",
-                "default",
-                "a usual value, the same everywhere: the climate of aerosols is simple as yet",
-            )
-        });
+    /// The aerosol that the user names, unless that is the climate's own.
+    pub(super) fn aerosol(&self) -> Option<Condition<String>> {
+        let named = self.aerosol.clone().filter(|name| !is_climate(name));
+        named.map(|name| Condition::given(name, ""))
+    }
+
+    /// The atmosphere that the user names, unless that is the climate's own.
+    pub(super) fn atmosphere(&self) -> Option<Condition<String>> {
+        let named = self.atmosphere.clone().filter(|name| !is_climate(name));
+        named.map(|name| Condition::given(name, ""))
+    }
+
+    /// The optical depth, `found` unless given, times the turbidity.
+    pub(super) fn aod_550(&self, found: impl FnOnce() -> Condition<f64>) -> Result<Condition<f64>> {
+        let mut aod = Condition::or_found(self.aod_550, "", found);
         if let Some(turbidity) = self.turbidity {
             aod.reason = format!("{}; {} times turbidity {turbidity}", aod.reason, aod.value);
             aod.value *= turbidity;
+            aod.uncertainty = aod.uncertainty.map(|u| u * turbidity);
         }
-        aod
+        check_range("aod times turbidity", aod.value, "", 0.0..=10.0)?;
+        Ok(aod)
     }
 
-    pub(super) fn humidity(&self) -> Condition<f64> {
-        Condition::or_found(self.humidity_percent, "%", || {
-            Condition::new(
-                80.0,
-                "%",
-                "default",
-                "OPAC's own reference humidity; no weather is known as yet",
-            )
-        })
-    }
-
-    pub(super) fn albedo(&self) -> Condition<f64> {
-        match &self.albedo {
-            None => Condition::new(
-                0.2,
-                "",
-                "default",
-                "grass and crops (0.16 to 0.26): no map of the ground is built in as yet",
-            ),
-            Some(Albedo::Value(value)) => Condition::given(*value, ""),
-            Some(Albedo::Preset(preset)) => Condition::new(
+    pub(super) fn albedo(&self) -> Option<Condition<f64>> {
+        let albedo = self.albedo.as_ref()?;
+        Some(match albedo {
+            Albedo::Value(value) => Condition::given(*value, ""),
+            Albedo::Preset(preset) => Condition::new(
                 preset.value(),
                 "",
                 "Budikova 2013, Albedo, The Encyclopedia of Earth",
@@ -238,9 +218,15 @@ impl Overrides {
                     let (name, low, high) = (preset.name, preset.low, preset.high);
                     format!("{name}, given by the user: the middle of {low} to {high}")
                 },
-            ),
-        }
+            )
+            .with_uncertainty(0.5 * (preset.high - preset.low)),
+        })
     }
+}
+
+/// Whether a name asks for what the climate finds.
+fn is_climate(name: &str) -> bool {
+    name.trim().eq_ignore_ascii_case(CLIMATE)
 }
 
 #[cfg(test)]

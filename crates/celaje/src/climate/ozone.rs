@@ -1,7 +1,10 @@
 //! How much ozone is overhead: climatologies of the total column.
 
+use std::sync::OnceLock;
+
+use super::blend::{cached, damaged, months};
 use crate::error::{check_range, Error, Result};
-use crate::math::interp::linear_clamped;
+use crate::math::interp::interval;
 use crate::math::Table;
 use crate::place::Instant;
 
@@ -25,6 +28,8 @@ pub enum OzoneClimate {
 pub struct OzoneColumn {
     /// Total column \[DU\].
     pub du: f64,
+    /// Standard deviation of a month's mean between years \[DU\], where known.
+    pub deviation_du: Option<f64>,
     /// Citation.
     pub source: &'static str,
     /// What was done to get it, in words.
@@ -75,6 +80,7 @@ impl OzoneClimate {
             Self::Sbuv => sbuv(latitude_deg, instant),
             Self::VanHeuklon => Ok(OzoneColumn {
                 du: van_heuklon_du(latitude_deg, longitude_deg, instant.day_of_year()),
+                deviation_du: None,
                 source: "Van Heuklon 1979, doi:10.1016/0038-092X(79)90060-4",
                 reason: format!(
                     "formula at {latitude_deg:.2}° N, {longitude_deg:.2}° E, day {:.0}",
@@ -86,45 +92,93 @@ impl OzoneClimate {
     }
 }
 
-/// The two months between whose middles an instant lies (0 to 11), and the weight of the second.
-fn months(instant: &Instant) -> (usize, usize, f64) {
-    let position = instant.month_position().rem_euclid(12.0);
-    let first = (position as usize).min(11);
-    (first, (first + 1) % 12, position - first as f64)
+/// Zonal means: 12 months of each of 36 zones, from south to north.
+struct Zones {
+    latitude_deg: Vec<f64>,
+    ozone_du: Vec<[f64; 12]>,
+    deviation_du: Vec<[f64; 12]>,
+    measured: Vec<[bool; 12]>,
 }
 
-/// Linear in latitude between zone centres (held beyond ±87.5°) and in time between mid-months.
+/// Cubic through zone centres (held beyond ±87.5°) and through mid-months (Catmull & Rom), so that neither value nor
+/// slope jumps.
 fn sbuv(latitude_deg: f64, instant: &Instant) -> Result<OzoneColumn> {
-    let table = Table::parse(
-        "ozone_column_sbuv",
-        include_str!("../../../../data/ozone_column_sbuv/zonal_sbuv.csv"),
-    )?;
-    let (first, second, weight) = months(instant);
-    let mut measured = true;
-    let mut zonal = |month: usize| -> Result<f64> {
-        let zones = table.select("month", &(month + 1).to_string())?;
-        let latitudes = zones.numbers("latitude_deg")?;
-        let near = latitudes.iter().zip(zones.words("origin")?);
-        measured &= near
-            .filter(|(l, _)| (*l - latitude_deg).abs() <= 5.0)
-            .all(|(_, origin)| origin == "sbuv");
-        Ok(linear_clamped(
-            &latitudes,
-            &zones.numbers("ozone_du")?,
-            latitude_deg,
-        ))
+    static ZONES: OnceLock<Result<Zones>> = OnceLock::new();
+    let zones = cached(&ZONES, load_zones)?;
+    let last = zones.latitude_deg.len() - 1;
+    let i = interval(&zones.latitude_deg, latitude_deg);
+    let (south, north) = (zones.latitude_deg[i], zones.latitude_deg[i + 1]);
+    let t = ((latitude_deg - south) / (north - south)).clamp(0.0, 1.0);
+    let (first, second, u) = months(instant);
+    let four = [(first + 11) % 12, first, second, (second + 1) % 12];
+    let zonal = |zone: usize| cubic(four.map(|m| zones.ozone_du[zone][m]), u);
+    let du = cubic(
+        [
+            zonal(i.saturating_sub(1)),
+            zonal(i),
+            zonal(i + 1),
+            zonal((i + 2).min(last)),
+        ],
+        t,
+    );
+    let deviation = |zone: usize| {
+        let of = zones.deviation_du[zone];
+        of[first] + u * (of[second] - of[first])
     };
-    let (before, after) = (zonal(first)?, zonal(second)?);
+    let measured = [i, i + 1]
+        .iter()
+        .all(|&z| zones.measured[z][first] && zones.measured[z][second]);
     let kind = if measured {
         "measured by satellite"
     } else {
         "partly filled from a model where the satellites saw no sunlight"
     };
     Ok(OzoneColumn {
-        du: before + weight * (after - before),
+        du,
+        deviation_du: Some(deviation(i) + t * (deviation(i + 1) - deviation(i))),
         source: "NOAA SBUV/2 v8 zonal monthly means 1998-2015",
         reason: format!("usual for {latitude_deg:.1}° N at this time of year, {kind}"),
     })
+}
+
+/// Catmull & Rom's cubic between the second and the third of four equidistant values.
+fn cubic([a, b, c, d]: [f64; 4], t: f64) -> f64 {
+    let (before, after) = (0.5 * (c - a), 0.5 * (d - b));
+    let (t2, t3) = (t * t, t * t * t);
+    (2.0 * t3 - 3.0 * t2 + 1.0) * b
+        + (t3 - 2.0 * t2 + t) * before
+        + (3.0 * t2 - 2.0 * t3) * c
+        + (t3 - t2) * after
+}
+
+fn load_zones() -> Result<Zones> {
+    let table = Table::parse(
+        "ozone_column_sbuv",
+        include_str!("../../../../data/ozone_column_sbuv/zonal_sbuv.csv"),
+    )?;
+    let (latitude, month) = (table.numbers("latitude_deg")?, table.numbers("month")?);
+    let (ozone, deviation) = (table.numbers("ozone_du")?, table.numbers("deviation_du")?);
+    let origin = table.words("origin")?;
+    if table.len() % 12 != 0 || table.len() < 24 {
+        return Err(damaged("ozone_column_sbuv"));
+    }
+    let zones = table.len() / 12;
+    let mut out = Zones {
+        latitude_deg: latitude.chunks(12).map(|zone| zone[0]).collect(),
+        ozone_du: vec![[0.0; 12]; zones],
+        deviation_du: vec![[0.0; 12]; zones],
+        measured: vec![[false; 12]; zones],
+    };
+    for i in 0..table.len() {
+        let (zone, m) = (i / 12, i % 12);
+        if month[i] != (m + 1) as f64 {
+            return Err(damaged("ozone_column_sbuv"));
+        }
+        out.ozone_du[zone][m] = ozone[i];
+        out.deviation_du[zone][m] = deviation[i];
+        out.measured[zone][m] = origin[i] == "sbuv";
+    }
+    Ok(out)
 }
 
 fn arosa(instant: &Instant) -> Result<OzoneColumn> {
@@ -134,8 +188,11 @@ fn arosa(instant: &Instant) -> Result<OzoneColumn> {
     )?;
     let (first, second, weight) = months(instant);
     let du = table.numbers("ozone_du")?;
+    let deviation = table.numbers("deviation_du")?;
+    let between = |of: &[f64]| of[first] + weight * (of[second] - of[first]);
     Ok(OzoneColumn {
-        du: du[first] + weight * (du[second] - du[first]),
+        du: between(&du),
+        deviation_du: Some(between(&deviation)),
         source: "Dütsch 1974, Can. J. Chem. 52, 1491-1504",
         reason: "usual for Arosa (47° N) at this time of year, used as it stands".to_owned(),
     })

@@ -1,6 +1,7 @@
 //! What is in the air: number densities along altitude.
 
 mod air;
+mod climatology;
 mod grid;
 mod ozone;
 mod us76;

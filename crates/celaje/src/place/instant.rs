@@ -88,9 +88,32 @@ impl Instant {
         2_440_587.5 + self.day as f64 + self.second / 86_400.0
     }
 
-    /// The same instant seen from a place whose clock is ahead by `offset_s`.
-    fn earlier_by(self, offset_s: i64) -> Result<Self> {
-        let second = self.second - offset_s as f64;
+    /// An instant from the seconds since 1970-01-01T00:00Z, leap seconds not counted.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] outside 1900 to 2100, and for NaN.
+    pub fn from_unix_seconds(seconds: f64) -> Result<Self> {
+        // A little more than the years allowed, so that the sum below cannot overflow.
+        crate::error::check_range("time", seconds, "s", -2.3e9..=4.2e9)?;
+        Self {
+            day: 0,
+            second: 0.0,
+        }
+        .later_by(seconds)
+    }
+
+    /// Seconds since 1970-01-01T00:00Z, leap seconds not counted.
+    pub fn unix_seconds(&self) -> f64 {
+        self.day as f64 * 86_400.0 + self.second
+    }
+
+    /// The instant some seconds later, or earlier if negative.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] outside 1900 to 2100, and for NaN.
+    pub fn later_by(&self, seconds: f64) -> Result<Self> {
+        crate::error::check_range("time step", seconds, "s", -1e10..=1e10)?;
+        let second = self.second + seconds;
         let days = (second / 86_400.0).floor();
         let moved = Self {
             day: self.day + days as i64,
@@ -98,6 +121,26 @@ impl Instant {
         };
         check_part("year", moved.date().0, Self::YEARS)?;
         Ok(moved)
+    }
+
+    /// The instant of the machine's clock.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] if the clock is out of its mind.
+    pub fn now() -> Result<Self> {
+        let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
+        let seconds = since.map_err(|_| {
+            Error::invalid(
+                "the machine's clock is before 1970",
+                "set it, or give a time",
+            )
+        })?;
+        Self::from_unix_seconds(seconds.as_secs_f64())
+    }
+
+    /// The same instant seen from a place whose clock is ahead by `offset_s`.
+    fn earlier_by(self, offset_s: i64) -> Result<Self> {
+        self.later_by(-(offset_s as f64))
     }
 }
 

@@ -1,6 +1,7 @@
 //! A place on Earth.
 
-use crate::error::{check_range, Result};
+use super::gazetteer::{self, City};
+use crate::error::{check_range, Error, Result};
 
 /// A place on Earth whose ground lies at an altitude above sea level.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
@@ -8,7 +9,12 @@ pub struct Site {
     latitude_deg: f64,
     longitude_deg: f64,
     altitude_m: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    city: Option<&'static City>,
 }
+
+/// Cities lend their time zone to places so far away \[km\]; farther out, at sea or in the ice, there is none to be told.
+const ZONE_REACH_KM: f64 = 400.0;
 
 impl Site {
     /// Altitudes at which ground exists on Earth, with some room \[m\].
@@ -19,7 +25,8 @@ impl Site {
     /// # Arguments
     /// * `latitude_deg` — north positive, −90 to 90
     /// * `longitude_deg` — east positive, −180 to 360 (190 is the same as −170)
-    /// * `altitude_m` — of the ground above sea level, −500 to 9000. An observer above the ground is not a
+    /// * `altitude_m` — of the ground above sea level, −500 to 9000; exactly 0 stands for unknown where conditions are
+    ///   looked for, which then take the map's. An observer above the ground is not a
     ///   matter of the site but of the view.
     ///
     /// # Errors
@@ -37,7 +44,65 @@ impl Site {
                 longitude_deg
             },
             altitude_m,
+            city: None,
         })
+    }
+
+    /// A city by its name, its altitude left to the map of elevations; see [`gazetteer::find`] for names.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] for a name that is unknown (with suggestions) or ambiguous (with the candidates).
+    pub fn named(name: &str) -> Result<Self> {
+        let city = gazetteer::find(name)?;
+        let site = Self::new(city.latitude_deg, city.longitude_deg, 0.0)?;
+        Ok(Self {
+            city: Some(city),
+            ..site
+        })
+    }
+
+    /// A place as people write it: `41.65,-0.88`, or the name of a city such as `Zaragoza` or `Córdoba, Argentina`.
+    ///
+    /// The altitude is left to the map of elevations.
+    ///
+    /// ```
+    /// # use celaje::place::Site;
+    /// assert!((Site::parse("Zaragoza")?.latitude_deg() - 41.65).abs() < 0.05);
+    /// assert_eq!(Site::parse("41.65,-0.88")?.longitude_deg(), -0.88);
+    /// # Ok::<(), celaje::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] for coordinates outside their ranges; as [`Self::named`] for names.
+    pub fn parse(text: &str) -> Result<Self> {
+        let numbers: Vec<Option<f64>> = text.split(',').map(|t| t.trim().parse().ok()).collect();
+        match numbers[..] {
+            [Some(latitude_deg), Some(longitude_deg)] => {
+                Self::new(latitude_deg, longitude_deg, 0.0)
+            }
+            [None, ..] => Self::named(text),
+            _ => Err(Error::invalid(
+                format!("place '{text}' is not understood"),
+                "write latitude and longitude as 41.65,-0.88, or the name of a city",
+            )),
+        }
+    }
+
+    /// The city by whose name the place was given.
+    pub fn city(&self) -> Option<&'static City> {
+        self.city
+    }
+
+    /// Time zone: of the city that the place was named by, else of the nearest city within 400 km; none otherwise.
+    ///
+    /// Near borders the nearest city may be abroad.
+    pub fn time_zone(&self) -> Option<&'static str> {
+        if let Some(city) = self.city {
+            return Some(city.time_zone);
+        }
+        let near = gazetteer::nearest(self.latitude_deg, self.longitude_deg);
+        let (city, km) = near.ok().flatten()?;
+        (km <= ZONE_REACH_KM).then_some(city.time_zone)
     }
 
     /// Latitude, north positive \[deg\].
