@@ -133,7 +133,8 @@ class Sky:
         sun_disc : str
             ``"on"``, ``"off"`` or ``"only"``.
         method : str, optional
-            ``"path"`` (default), ``"tracker"`` or ``"classic"``.
+            ``"shells"`` (default, without noise), ``"path"`` (default if `spp` is given), ``"tracker"`` or
+            ``"classic"``.
         spp : int, optional
             Paths per pixel, 64 by default; noise falls with their square root.
         max_order : int, optional
@@ -163,6 +164,8 @@ class Sky:
         (9, 16, 3)
         """
         sensor = _sensor(projection, size, fov, look)
+        if method is None:
+            method = "shells" if spp is None else "path"
         spp = _count("spp", DEFAULT_SPP if spp is None else spp, MAX_SPP)
         seed = _count("seed", seed, 2**64 - 1, least=0)
         radiance, variance, samples = self._raw.render(
@@ -181,9 +184,10 @@ class Sky:
         observer_m = self._raw.ground_altitude_m if altitude_m is None else altitude_m
         metadata["observer_altitude_m"] = f"{observer_m:g}"
         metadata["sun_disc"] = sun_disc
-        metadata["method"] = method or _core.default_method
-        metadata["spp"] = str(spp)
-        metadata["seed"] = str(seed)
+        metadata["method"] = method
+        if method != "shells":
+            metadata["spp"] = str(spp)
+            metadata["seed"] = str(seed)
         metadata["max_order"] = "all" if max_order is None else str(max_order)
         metadata["version"] = _core.__version__
         metadata.update(sensor.description())
@@ -212,7 +216,7 @@ class Sky:
         altitude_m : float, optional
             Observer above sea level; on the ground by default. [m]
         method : str, optional
-            ``"path"`` (default), ``"tracker"`` or ``"classic"``.
+            ``"path"`` (default), ``"shells"`` (no noise; the standard error is 0), ``"tracker"`` or ``"classic"``.
         noise : float, optional
             The largest relative standard error over directions and wavelengths to reach, such as 0.01; instead of
             `spp`.

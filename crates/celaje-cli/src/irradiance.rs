@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use celaje::irradiance::{Irradiance, SpectralIrradiance};
+use celaje::sky::Method;
 use celaje::Result;
 use clap::Args;
 
@@ -15,7 +16,6 @@ use crate::write_stdout;
 #[derive(Debug, Args)]
 #[command(
     allow_negative_numbers = true,
-    mut_arg("spp", |a| a.required(false).default_value("64")),
     after_help = "\
 Writes one line per wavelength: direct_normal (the sun's disc on a plane facing it), direct (on a level plane), diffuse (the
 sky without the disc, level), global (the sum) [W m-2 nm-1] and their standard errors. Lines beginning with # come first: the
@@ -47,6 +47,7 @@ pub fn run(args: &IrradianceArgs) -> std::result::Result<(), Failure> {
         &args.view,
         &args.method,
         Disc::On,
+        (Method::Path, 64),
     )?;
     let irradiance = plan.on_threads(|| plan.measure(&plan.sky()?, args.method.progress))?;
     write_stdout(&output(&irradiance)?)

@@ -151,12 +151,12 @@ pub struct Picture {
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Method")]
 pub struct MethodOptions {
-    /// Method: shells, path, tracker, classic (celaje list methods)
-    #[arg(long, value_name = "NAME", default_value = "path")]
-    method: String,
-    /// Paths per pixel or direction, 1 or more; noise falls with their square root
+    /// Method: shells, path, tracker, classic (celaje list methods) [default: path; render without --spp: shells]
+    #[arg(long, value_name = "NAME")]
+    method: Option<String>,
+    /// Paths per pixel or direction, 1 or more; noise falls with their square root [default: 64; radiance: 1024]
     #[arg(long, value_name = "N")]
-    spp: u64,
+    spp: Option<u64>,
     /// Count this many scatterings and reflections only [default: all]
     #[arg(long, value_name = "N")]
     max_order: Option<u32>,
@@ -278,13 +278,14 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// Checks all options of a sky and of the way to look at it.
+    /// Checks all options of a sky and of the way to look at it; `default` is the command's own method and paths.
     pub fn new(
         where_when: &WhereWhen,
         air: &Air,
         view: &View,
         method: &MethodOptions,
         disc: Disc,
+        default: (Method, u64),
     ) -> Result<Self, Failure> {
         let conditions = where_when.conditions(air)?;
         let ground_m = conditions.altitude_m.value;
@@ -292,12 +293,19 @@ impl Plan {
             // Up to the distance of the Sun's own planets there is nothing to go wrong; below the ground there is.
             check_range("observer altitude", altitude_m, "m", ground_m..=1e9)?;
         }
-        check_range("spp", method.spp as f64, "", 1.0..=f64::from(u32::MAX))?;
+        let spp = method.spp.unwrap_or(default.1);
+        check_range("spp", spp as f64, "", 1.0..=f64::from(u32::MAX))?;
+        // Who asks for a number of paths wants paths.
+        let default_method = if method.spp.is_some() {
+            Method::Path
+        } else {
+            default.0
+        };
         if let Some(threads) = method.threads {
             check_range("threads", threads.get() as f64, "", 1.0..=1024.0)?;
         }
         let budget = Budget {
-            spp: method.spp as u32,
+            spp: spp as u32,
             seed: method.seed,
             max_order: method.max_order,
         };
@@ -306,7 +314,10 @@ impl Plan {
             wavelength: wavelengths(&view.wavelengths)?,
             solar: SolarSpectrum::named(&air.sun_spectrum)?,
             options: RenderOptions {
-                method: Method::named(&method.method)?,
+                method: method
+                    .method
+                    .as_deref()
+                    .map_or(Ok(default_method), Method::named)?,
                 budget,
                 sun_disc: match disc {
                     Disc::On => SunDisc::On,

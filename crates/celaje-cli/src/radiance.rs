@@ -5,6 +5,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use celaje::sensor::Directions;
+use celaje::sky::Method;
 use celaje::Film;
 use clap::Args;
 
@@ -16,7 +17,6 @@ use crate::write_stdout;
 #[derive(Debug, Args)]
 #[command(
     allow_negative_numbers = true,
-    mut_arg("spp", |a| a.required(false).default_value("1024")),
     after_help = "\
 Reads CSV whose first line names the columns azimuth_deg (clockwise from north) and elevation_deg, where the observer looks;
 writes every line again, followed by radiance_550nm, ... [W m-2 sr-1 nm-1] and their standard errors se_550nm, ...
@@ -64,6 +64,7 @@ pub fn run(args: &RadianceArgs) -> Result<(), Failure> {
         &args.view,
         &args.method,
         args.sun_disc,
+        (Method::Path, 1024),
     )?;
     let Some(path) = &args.directions else {
         return Err(Failure::usage(

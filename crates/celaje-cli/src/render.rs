@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use celaje::image::{check_target, save, Format};
 use celaje::sensor::Sensor;
+use celaje::sky::Method;
 use celaje::{Film, Sky};
 use clap::Args;
 
@@ -17,7 +18,6 @@ use crate::options::{Air, Colour, MethodOptions, Picture, Plan, View, WhereWhen}
 #[derive(Debug, Args)]
 #[command(
     allow_negative_numbers = true,
-    mut_arg("spp", |a| a.required(false).default_value("64")),
     after_help = "\
 .png shows (tone curve, exposure); .exr holds linear colours in cd/m2 and the spectral radiance at every wavelength in
 W m-2 sr-1 nm-1 with its variance; .hdr holds linear colours in cd/m2.
@@ -51,7 +51,15 @@ pub struct RenderArgs {
 /// Checks everything, renders, writes every file.
 pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let disc = args.picture.sun_disc;
-    let plan = Plan::new(&args.where_when, &args.air, &args.view, &args.method, disc)?;
+    let default = (Method::Shells, 64);
+    let plan = Plan::new(
+        &args.where_when,
+        &args.air,
+        &args.view,
+        &args.method,
+        disc,
+        default,
+    )?;
     let sensor = args.picture.sensor(plan.wavelength.len())?;
     let look = args.colour.look()?;
     check_outputs(&args.output)?;
@@ -114,8 +122,10 @@ fn metadata(plan: &Plan, sky: &Sky, sensor: &dyn Sensor) -> Vec<(String, String)
     add("sun_spectrum", plan.solar.name().to_owned());
     add("sun_disc", format!("{:?}", options.sun_disc).to_lowercase());
     add("method", format!("{:?}", options.method).to_lowercase());
-    add("spp", options.budget.spp.to_string());
-    add("seed", options.budget.seed.to_string());
+    if options.method != Method::Shells {
+        add("spp", options.budget.spp.to_string());
+        add("seed", options.budget.seed.to_string());
+    }
     let orders = options.budget.max_order;
     add(
         "max_order",
@@ -128,16 +138,18 @@ fn metadata(plan: &Plan, sky: &Sky, sensor: &dyn Sensor) -> Vec<(String, String)
 
 /// One line for the person who waited.
 fn summary(film: &Film, plan: &Plan, rendered_s: f64) -> String {
-    let noise = match mean_relative_standard_error(film) {
-        Some(error) => format!("mean relative standard error {:.2} %", 100.0 * error),
-        None => "no standard error (it takes 2 paths and some light)".to_owned(),
+    let (width, height, wavelengths) = (film.width, film.height, film.wavelength_nm.len());
+    let how = if plan.options.method == Method::Shells {
+        "without noise".to_owned()
+    } else {
+        let noise = match mean_relative_standard_error(film) {
+            Some(error) => format!("mean relative standard error {:.2} %", 100.0 * error),
+            None => "no standard error (it takes 2 paths and some light)".to_owned(),
+        };
+        format!("{} paths per pixel, {noise}", plan.options.budget.spp)
     };
     format!(
-        "rendered {}x{} pixels, {} wavelengths, {} paths per pixel in {rendered_s:.1} s; {noise}",
-        film.width,
-        film.height,
-        film.wavelength_nm.len(),
-        plan.options.budget.spp,
+        "rendered {width}x{height} pixels, {wavelengths} wavelengths in {rendered_s:.1} s; {how}"
     )
 }
 
