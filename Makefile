@@ -33,8 +33,8 @@ check: .venv/installed-dev  ## Check formatting, lints and types, as continuous 
 accuracy: prerequisites  ## Run the long statistical tests, which make test leaves out
 	cargo test --locked --release -- --ignored
 
-bench: prerequisites  ## Measure time to a stated error
-	cargo bench --locked -p celaje
+bench: prerequisites  ## Measure kernels, and the time to a stated error
+	cargo bench --locked -p celaje --bench kernels --bench time_to_error
 
 docs: .venv/installed-dev  ## Build the manual of the library, the figures and the gallery
 	cargo doc --locked --workspace --no-deps

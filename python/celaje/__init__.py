@@ -24,7 +24,7 @@ from ._errors import (
     TooLargeError,
     UnknownNameError,
 )
-from ._film import Film, Radiance
+from ._film import Film, Irradiance, Radiance
 from ._medium import Medium, Phase
 from ._optics import Aerosol, MieSphere, aerosol, component, mie, rayleigh_cross_section
 from ._sky import Atmosphere, Sky, sky
@@ -38,6 +38,7 @@ __all__ = [
     "FileError",
     "Film",
     "InvalidInputError",
+    "Irradiance",
     "Medium",
     "MieSphere",
     "NotBuiltError",

@@ -107,6 +107,15 @@ class Sky:
         altitude_m: float | None,
         threads: int | None,
     ) -> tuple[_F32, _F32, _U32]: ...
+    def irradiance(
+        self,
+        method: str | None,
+        spp: int,
+        seed: int,
+        max_order: int | None,
+        altitude_m: float | None,
+        threads: int | None,
+    ) -> dict[str, Any]: ...
 
 class MieSphere:
     @property

@@ -237,3 +237,42 @@ class Radiance:
     wavelength_nm: Floats
     spp: int
     seed: int
+
+
+@dataclass(frozen=True)
+class Irradiance:
+    """What falls on a plane at the observer; made by :meth:`Sky.irradiance`.
+
+    Attributes
+    ----------
+    direct_normal : ndarray, shape (wavelength,)
+        From the sun's disc on a plane that faces it. [W m⁻² nm⁻¹]
+    direct : ndarray, shape (wavelength,)
+        From the sun's disc on a level plane. [W m⁻² nm⁻¹]
+    diffuse : ndarray, shape (wavelength,)
+        From the sky without the disc on a level plane that looks up. [W m⁻² nm⁻¹]
+    global_ : ndarray, shape (wavelength,)
+        Direct and diffuse together. [W m⁻² nm⁻¹]
+    direct_normal_standard_error, direct_standard_error, diffuse_standard_error, global_standard_error : ndarray
+        Standard errors of the four, absolute, same shape and unit; 0 for a deterministic method.
+    lux : float
+        Illuminance of the level plane by direct and diffuse light within the range of the wavelengths, by the CIE 1931
+        observer. [lx]
+    cct_k : float or None
+        Correlated colour temperature of the same light; infinite where it is bluer than the hottest black body, None
+        where it has none (darkness, or colours far from any black body's). [K]
+    wavelength_nm : ndarray, shape (wavelength,)
+        Vacuum wavelengths. [nm]
+    """
+
+    direct_normal: Floats
+    direct: Floats
+    diffuse: Floats
+    global_: Floats
+    direct_normal_standard_error: Floats
+    direct_standard_error: Floats
+    diffuse_standard_error: Floats
+    global_standard_error: Floats
+    lux: float
+    cct_k: float | None
+    wavelength_nm: Floats

@@ -21,7 +21,7 @@ from ._errors import (
     TooLargeError,
     UnknownNameError,
 )
-from ._film import Film, Radiance
+from ._film import Film, Irradiance, Radiance
 from ._medium import Medium
 
 PROJECTIONS = ("fisheye", "latlong", "perspective")
@@ -295,6 +295,63 @@ class Sky:
                     "ask for a larger noise",
                 )
             result = run(int(np.ceil(paths)), (result.seed + 1) % 2**64)
+
+    def irradiance(
+        self,
+        altitude_m: float | None = None,
+        method: str | None = None,
+        spp: int | None = None,
+        seed: int = 0,
+        threads: int | None = None,
+        max_order: int | None = None,
+    ) -> Irradiance:
+        """Spectral irradiance on planes at the observer, direct and diffuse.
+
+        Parameters
+        ----------
+        altitude_m : float, optional
+            Observer above sea level; on the ground by default. [m]
+        method : str, optional
+            ``"path"`` (default), ``"tracker"`` or ``"classic"``.
+        spp : int, optional
+            Paths for each of the 256 cells of the sky, and of the disc, 64 by default.
+        seed : int
+            The same seed gives the same bits, on any number of threads.
+        threads : int, optional
+            1 to 1024; all cores by default.
+        max_order : int, optional
+            Count this many scatterings and reflections only; 1 is single scattering.
+
+        Returns
+        -------
+        Irradiance
+            ``.direct_normal``, ``.direct``, ``.diffuse``, ``.global_``, shape (wavelength,), and their standard errors;
+            ``.lux`` and ``.cct_k``.
+
+        Raises
+        ------
+        UnknownNameError, OutOfRangeError, InvalidInputError
+            Bad arguments.
+
+        Examples
+        --------
+        >>> import celaje
+        >>> sky = celaje.sky(sun_elevation=40)
+        >>> E = sky.irradiance(spp=8)
+        >>> E.global_.shape
+        (81,)
+        >>> 60e3 < E.lux < 90e3
+        True
+        """
+        fields = self._raw.irradiance(
+            method,
+            _count("spp", DEFAULT_SPP if spp is None else spp, MAX_SPP),
+            _count("seed", seed, 2**64 - 1, least=0),
+            _order(max_order),
+            altitude_m,
+            _threads(threads),
+        )
+        return Irradiance(**fields)
 
     def __repr__(self) -> str:
         azimuth, elevation = self._raw.sun_position

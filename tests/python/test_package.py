@@ -14,20 +14,22 @@ import celaje
 ROOT = Path(__file__).parents[2]
 
 
-def test_import_is_quick_and_takes_numpy_only() -> None:
-    """Below 0.3 s of processor time (the clock on the wall also counts other programs); no extra comes along."""
-    program = (
-        "import time, sys; t = time.process_time(); import celaje; "
-        "print(time.process_time() - t, 'xarray' in sys.modules, 'matplotlib' in sys.modules)"
+def test_import_is_quick() -> None:
+    """Below 0.3 s on the clock, the best of several runs, for other programs may get in the way of one."""
+    program = "import time; t = time.perf_counter(); import celaje; print(time.perf_counter() - t)"
+    assert min(float(_printed_by(program)) for _ in range(7)) < 0.3
+
+
+def test_import_takes_numpy_only() -> None:
+    program = "import sys, celaje; print('xarray' in sys.modules, 'matplotlib' in sys.modules)"
+    assert _printed_by(program).split() == ["False", "False"]
+
+
+def _printed_by(program: str) -> str:
+    run = subprocess.run(
+        [sys.executable, "-c", program], check=True, capture_output=True, text=True
     )
-    runs = [
-        subprocess.run(
-            [sys.executable, "-c", program], check=True, capture_output=True, text=True
-        ).stdout.split()
-        for _ in range(5)
-    ]
-    assert min(float(seconds) for seconds, *_ in runs) < 0.3
-    assert {tuple(extras) for _, *extras in runs} == {("False", "False")}
+    return run.stdout
 
 
 def test_versions_agree() -> None:

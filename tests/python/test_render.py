@@ -206,3 +206,41 @@ def test_ctrl_c_interrupts_a_render_within_a_fifth_of_a_second() -> None:
         assert child.stdout.readline() == "alive\n"
         assert child.wait(timeout=30) == 0
     assert waited < 0.2
+
+
+def test_irradiance_is_the_sum_of_its_parts(evening: celaje.Sky) -> None:
+    """The level plane sees the sun under the sine of its elevation, 11 degrees."""
+    e = evening.irradiance(spp=16, seed=2)
+    assert e.wavelength_nm.tolist() == [450.0, 550.0, 650.0]
+    assert e.global_ == pytest.approx(e.direct + e.diffuse, rel=1e-12)
+    assert evening.conditions is not None
+    sine = np.sin(np.radians(evening.conditions.sun_elevation_deg.value))
+    assert e.direct == pytest.approx(e.direct_normal * sine, rel=2e-3)
+    assert (e.direct_normal < evening.sun_irradiance).all()
+    assert (e.diffuse_standard_error > 0.0).all()
+    assert (e.diffuse_standard_error < 0.02 * e.diffuse).all()
+    other = evening.irradiance(spp=16, seed=2, threads=1)
+    assert np.array_equal(e.global_, other.global_)
+
+
+def test_irradiance_through_an_absorbing_air() -> None:
+    """E = E0 exp(-tau / sin h), nothing diffuse."""
+    medium = celaje.Medium([0.0, 10e3], [450.0, 550.0], planet_radius_m=1e12)
+    medium.add(0.0, 3e-5, celaje.Phase.rayleigh())
+    e = medium.sky(sun_elevation=30, albedo=0.0, irradiance=2.0).irradiance()
+    expected = 2.0 * np.exp(-0.6)
+    assert e.direct_normal == pytest.approx(expected, rel=2e-3)
+    assert e.direct == pytest.approx(0.5 * expected, rel=2e-3)
+    assert (e.diffuse == 0.0).all()
+
+
+def test_daylight_has_the_brightness_and_the_colour_of_daylight() -> None:
+    """The published range of full daylight is about 100 klx, its colour 5000 to 6500 K; a deep night has neither."""
+    sky = celaje.sky(sun_elevation=60)
+    e = sky.irradiance(spp=16)
+    assert 80e3 < e.lux < 120e3
+    assert e.cct_k is not None
+    assert 5000 < e.cct_k < 6500
+    night = celaje.sky(sun_elevation=-40).irradiance(spp=1)
+    assert night.lux == 0.0
+    assert night.cct_k is None

@@ -11,7 +11,9 @@ use crate::support::{batches, csv_rows, value, Job};
 
 const TABLE: &str = include_str!("spherical_adamskattawar1978_single.csv");
 
-/// Rationale: the only published spherical values with the observer at the top looking down, sun near the horizon.
+/// Rationale: the only published spherical values with the observer at the top looking down, sun near the horizon. Expected:
+/// equal within 0.5 %, of which the three digits of the table take up to 0.3 %. Power: our own standard error is held
+/// below 0.05 %.
 #[test]
 fn spherical_single_scattering() {
     let mut medium = LayeredMedium::new(&[0.0, 100_000.0], &[550.0], 6_371_000.0).unwrap();
@@ -28,11 +30,14 @@ fn spherical_single_scattering() {
         let job = Job {
             seed: seed_from_name(&format!("adams kattawar {sza} {vza} {azimuth}")),
             batches: 16,
-            spp: 1 << 15,
+            spp: 1 << 11,
             max_order: Some(1),
         };
         let films = batches(&Path, &scene, 6_471_000.0, &[look], job);
         let ours = estimate(&value(&films, 0, 0));
-        println!("sza {sza} vza {vza} azimuth {azimuth}: {:.5} ± {:.5} published {published} ratio {:.4}", ours.mean, ours.standard_error, ours.mean / published);
+        let (ratio, noise) = (ours.mean / published, ours.standard_error / ours.mean);
+        println!("sza {sza} vza {vza} azimuth {azimuth}: ratio {ratio:.4} ± {noise:.5}");
+        assert!(noise < 5e-4, "sza {sza} vza {vza}: noise {noise}");
+        assert!((ratio - 1.0).abs() < 0.005, "sza {sza} vza {vza}: {ratio}");
     }
 }

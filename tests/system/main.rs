@@ -6,6 +6,7 @@ mod support;
 mod energy;
 mod reproducibility;
 mod scenes;
+mod shells;
 mod single_scattering;
 mod variants;
 mod white_furnace;

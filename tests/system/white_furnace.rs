@@ -14,7 +14,7 @@ fn furnace<'a, M: Medium>(scene: Scene<'a, M>) -> Scene<'a, M> {
 
 /// Rationale: any weight lost or gained at a collision, a null collision, a reflection or an escape shows here.
 /// Expected: radiance equals the background at every wavelength, altitude and direction. Power: standard errors are held
-/// below 0.4 %, so 3 % of bias is caught 99 % of the time.
+/// below 0.4 %, so 3.4 % of bias is caught 99 % of the time.
 #[test]
 fn radiance_is_uniform() {
     let medium = hazy_air(0.5, false);

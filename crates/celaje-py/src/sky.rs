@@ -142,16 +142,8 @@ impl Sky {
         altitude_m: Option<f64>,
         threads: Option<usize>,
     ) -> Outcome<FilmArrays<'py>> {
-        let options = RenderOptions {
-            method: method.map(Method::named).transpose()?.unwrap_or_default(),
-            budget: Budget {
-                spp,
-                seed,
-                max_order,
-            },
-            sun_disc: read_sun_disc(sun_disc)?,
-            altitude_m,
-        };
+        let sun_disc = read_sun_disc(sun_disc)?;
+        let options = render_options(method, (spp, seed, max_order), sun_disc, altitude_m)?;
         let film = interruptible(py, threads, |cancel| {
             self.inner
                 .render(sensor.inner.as_ref(), &options, cancel, &|_, _| ())
@@ -165,6 +157,63 @@ impl Sky {
                 .reshape([film.height, film.width])?,
         ))
     }
+
+    /// What falls on planes at the observer, with illuminance \[lx\] and colour temperature \[K\] of the global part.
+    #[pyo3(signature = (method, spp, seed, max_order, altitude_m, threads))]
+    fn irradiance<'py>(
+        &self,
+        py: Python<'py>,
+        method: Option<&str>,
+        spp: u32,
+        seed: u64,
+        max_order: Option<u32>,
+        altitude_m: Option<f64>,
+        threads: Option<usize>,
+    ) -> Outcome<Bound<'py, PyDict>> {
+        let options = render_options(method, (spp, seed, max_order), SunDisc::Off, altitude_m)?;
+        let e = interruptible(py, threads, |cancel| {
+            self.inner.irradiance(&options, cancel, &|_, _| ())
+        })?;
+        let fields = PyDict::new(py);
+        fields.set_item("lux", e.global.lux(&e.wavelength_nm)?)?;
+        let cct = e.global.cct(&e.wavelength_nm)?;
+        fields.set_item("cct_k", cct.map(|c| c.temperature_k))?;
+        fields.set_item("wavelength_nm", e.wavelength_nm.into_pyarray(py))?;
+        for (name, error_name, part) in [
+            (
+                "direct_normal",
+                "direct_normal_standard_error",
+                e.direct_normal,
+            ),
+            ("direct", "direct_standard_error", e.direct),
+            ("diffuse", "diffuse_standard_error", e.diffuse),
+            ("global_", "global_standard_error", e.global),
+        ] {
+            fields.set_item(name, part.irradiance.into_pyarray(py))?;
+            fields.set_item(error_name, part.standard_error.into_pyarray(py))?;
+        }
+        Ok(fields)
+    }
+}
+
+/// Options from the words of Python; `budget` is paths, seed and largest order.
+fn render_options(
+    method: Option<&str>,
+    budget: (u32, u64, Option<u32>),
+    sun_disc: SunDisc,
+    altitude_m: Option<f64>,
+) -> Outcome<RenderOptions> {
+    let (spp, seed, max_order) = budget;
+    Ok(RenderOptions {
+        method: method.map(Method::named).transpose()?.unwrap_or_default(),
+        budget: Budget {
+            spp,
+            seed,
+            max_order,
+        },
+        sun_disc,
+        altitude_m,
+    })
 }
 
 /// Name of the method that is used where none is asked for.

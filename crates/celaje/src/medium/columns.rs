@@ -540,11 +540,9 @@ mod tests {
         ] {
             m.extinction(Vec3::new(0.0, 0.0, 6_360_000.0 + z), &mut row);
             let largest = row.iter().copied().fold(0.0, f32::max);
-            for lane in 0..20 {
-                let (a, b) = (
-                    columns.extinction_at(6_360_000.0 + z, lane),
-                    f64::from(row[lane]),
-                );
+            for (lane, &b) in row.iter().enumerate().take(20) {
+                let a = columns.extinction_at(6_360_000.0 + z, lane);
+                let b = f64::from(b);
                 assert!(
                     (a - b).abs() < 1e-5 * f64::from(largest),
                     "{z} m: {a} against {b}"

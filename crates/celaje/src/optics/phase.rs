@@ -93,7 +93,8 @@ impl Phase {
                 "give theta_deg = 0, …, 180, strictly increasing",
             ));
         }
-        if let Some(w) = theta_deg.windows(2).find(|w| !(w[1] > w[0])) {
+        let wrong = |w: &&[f64]| w[1] <= w[0] || w[1].is_nan();
+        if let Some(w) = theta_deg.windows(2).find(wrong) {
             return Err(Error::invalid(
                 format!(
                     "the angles of a phase table must increase: {} deg is followed by {} deg",
@@ -265,7 +266,7 @@ impl Table {
             cdf[i] = cdf[i - 1] + PI * (p[i] + p[i - 1]) * (x[i] - x[i - 1]);
         }
         let total = cdf[p.len() - 1];
-        if !((total - 1.0).abs() <= 0.02) {
+        if (total - 1.0).abs() > 0.02 || total.is_nan() {
             return Err(Error::invalid(
                 format!("a phase function integrates to {total:.4} over the sphere, not to 1"),
                 "give it per steradian (an isotropic one is 1/(4π) = 0.0796), on a finer angle grid",

@@ -138,14 +138,16 @@ impl<'a, M: Medium> Walker<'a, M> {
     /// Delta tracking under the global majorant.
     fn free_path(&self, ray: &Ray, span: Span, rng: &mut Rng) -> Option<f64> {
         let mut at = span.start_m;
-        while self.majorant > 0.0 {
-            at += rng.exponential() / self.majorant;
-            if at >= span.end_m {
-                break;
-            }
-            let (sigma_t, _) = self.scene.medium.coefficients_at(self.lane, ray.at(at));
-            if rng.uniform() * self.majorant < sigma_t {
-                return Some(at);
+        if self.majorant > 0.0 {
+            loop {
+                at += rng.exponential() / self.majorant;
+                if at >= span.end_m {
+                    break;
+                }
+                let (sigma_t, _) = self.scene.medium.coefficients_at(self.lane, ray.at(at));
+                if rng.uniform() * self.majorant < sigma_t {
+                    return Some(at);
+                }
             }
         }
         None
@@ -166,12 +168,14 @@ impl<'a, M: Medium> Walker<'a, M> {
             return 0.0;
         }
         let (mut t, mut at) = (1.0, span.start_m);
-        while self.majorant > 0.0 {
-            at += rng.exponential() / self.majorant;
-            if at >= span.end_m {
-                break;
+        if self.majorant > 0.0 {
+            loop {
+                at += rng.exponential() / self.majorant;
+                if at >= span.end_m {
+                    break;
+                }
+                t *= 1.0 - medium.coefficients_at(self.lane, ray.at(at)).0 / self.majorant;
             }
-            t *= 1.0 - medium.coefficients_at(self.lane, ray.at(at)).0 / self.majorant;
         }
         t
     }

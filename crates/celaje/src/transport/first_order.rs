@@ -184,9 +184,8 @@ impl FirstOrder {
         let n = self.guess.len();
         let mut mass = [0.0f32; CELLS];
         for (mass, cell) in mass.iter_mut().zip(self.cells.chunks_exact(n)) {
-            for i in 0..self.wavelengths {
-                *mass += cell[i] / self.guess[i];
-            }
+            let shares = cell.iter().zip(&self.guess).take(self.wavelengths);
+            *mass = shares.map(|(c, guess)| c / guess).sum();
         }
         let total: f32 = mass.iter().sum();
         let blind = if total > 0.0 { BLIND } else { 1.0 };

@@ -262,7 +262,9 @@ impl<'a> Walker<'a> {
             self.first_mass = mass;
         }
         let survival = mass / (ROULETTE_BELOW * self.first_mass);
-        if !(survival > 0.0) || u_roulette as f32 >= survival {
+        // Asked this way round, a weight that is not a number ends the path too; so do the two checks below.
+        let survives = survival > 0.0 && (u_roulette as f32) < survival;
+        if !survives {
             return None;
         }
         let gain = 1.0 / survival.min(1.0);
@@ -307,12 +309,13 @@ impl<'a> Walker<'a> {
             *w *= t;
         }
         let density = lanes::dot(weight, sigma_t);
-        if !(density > 0.0) {
+        if density.is_nan() || density <= 0.0 {
             return None;
         }
         lanes::scale(weight, gain * mass / density);
         self.weights.split_by_species(medium, at);
-        if !(self.weights.total > 0.0) {
+        let total = self.weights.total;
+        if total.is_nan() || total <= 0.0 {
             return None;
         }
         if order > 1 {

@@ -188,7 +188,6 @@ impl Worker<'_> {
         // A ray from space starts where it meets the air.
         let Some((span, _)) = ray.through_air(medium.ground_radius_m(), medium.top_radius_m())
         else {
-            self.radiance.copy_from_slice(&g.scene.background);
             return;
         };
         let inside = Ray {
@@ -198,15 +197,6 @@ impl Worker<'_> {
         let fine = g.fine.0;
         self.fine_march
             .cut(&fine.medium, &fine.columns, &g.fine_levels, &inside);
-        if !self.fine_march.meets_ground {
-            for (l, (&t, &b)) in self
-                .radiance
-                .iter_mut()
-                .zip(self.fine_march.through.iter().zip(&g.scene.background))
-            {
-                *l += t * b;
-            }
-        }
         if !scattered {
             return;
         }

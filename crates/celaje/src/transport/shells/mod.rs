@@ -22,7 +22,7 @@ use self::solve::Light;
 use super::render::{Control, Observer};
 use super::scene::Scene;
 use super::Integrator;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::film::Film;
 use crate::math::lanes;
 use crate::medium::{LayeredMedium, Medium};
@@ -130,6 +130,12 @@ impl Integrator<LayeredMedium> for Shells {
         sensor: &dyn Sensor,
         control: &Control<'_>,
     ) -> Result<Film> {
+        if scene.background.iter().any(|&l| l > 0.0) {
+            return Err(Error::invalid(
+                "the method 'shells' does not scatter light that comes from outside the air, other than the sun's",
+                "use the method 'path'",
+            ));
+        }
         let resolution = self.accuracy.resolution();
         let medium = scene.medium;
         let w = medium.wavelength_nm().len();

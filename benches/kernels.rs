@@ -1,0 +1,98 @@
+//! The innermost work, kernel by kernel: `make bench`.
+
+use celaje::math::{lanes, Rng};
+use celaje::optics::{mie, Phase};
+use celaje::WavelengthGrid;
+use criterion::Criterion;
+use multiversion::multiversion;
+use std::hint::black_box;
+use std::time::Duration;
+
+/// As the integrators call it: at the widest vectors of the processor.
+#[multiversion(targets(
+    "x86_64+avx512f+avx512bw+avx512dq+avx512vl",
+    "x86_64+avx2+fma",
+    "aarch64+neon"
+))]
+fn exp_neg(tau: &[f32], out: &mut [f32]) {
+    lanes::exp_neg(tau, out);
+}
+
+/// Transmittance of 81 wavelengths from their optical depths.
+fn exponential(c: &mut Criterion) {
+    let tau = lanes::row_from(81, |i| 0.1 * i as f64);
+    let mut out = vec![0.0; tau.len()];
+    c.bench_function("exp of 81 wavelengths", |b| {
+        b.iter(|| exp_neg(black_box(&tau), black_box(&mut out)))
+    });
+}
+
+/// One scattering angle.
+fn phase_sampling(c: &mut Criterion) {
+    let theta_deg: Vec<f64> = (0..=1800).map(|i| 0.1 * f64::from(i)).collect();
+    let g: f64 = 0.9;
+    let hg = |d: &f64| {
+        let x = 1.0 + g * g - 2.0 * g * d.to_radians().cos();
+        (1.0 - g * g) / (x * x.sqrt()) / (4.0 * std::f64::consts::PI)
+    };
+    let p: Vec<f64> = theta_deg.iter().map(hg).collect();
+    let phases = [
+        ("Rayleigh", Phase::rayleigh(&[0.0279])),
+        ("Henyey-Greenstein", Phase::henyey_greenstein(&[0.7])),
+        ("table of 1801 angles", Phase::table(&theta_deg, &p)),
+    ];
+    for (name, phase) in phases {
+        let Ok(phase) = phase else { continue };
+        let mut rng = Rng::new(1, 0);
+        c.bench_function(&format!("scattering angle, {name}"), |b| {
+            b.iter(|| phase.sample(black_box(0), rng.uniform()))
+        });
+    }
+}
+
+/// Amplitudes of 81 wavelengths × 200 radii (0.01 to 10 µm) × 1801 angles, m = 1.5 + 0.01i, on one thread.
+fn mie_table(c: &mut Criterion) {
+    let grid = WavelengthGrid::default();
+    // Exact mirrors about 90°, which the solver makes use of.
+    let quadrant: Vec<f64> = (0..900)
+        .map(|i| (0.1 * f64::from(i)).to_radians().cos())
+        .collect();
+    let mirrored = quadrant.iter().rev().map(|c| -c);
+    let cos_theta: Vec<f64> = quadrant
+        .iter()
+        .copied()
+        .chain([0.0])
+        .chain(mirrored)
+        .collect();
+    let job = || {
+        let mut sum = 0.0;
+        for wavelength_nm in grid.nm() {
+            for i in 0..200 {
+                let radius_nm = 10.0 * 1e3_f64.powf(f64::from(i) / 199.0);
+                let x = std::f64::consts::TAU * radius_nm / wavelength_nm;
+                let sphere = mie(1.5, 0.01, x);
+                if let Ok((s1, _)) = sphere.and_then(|s| s.amplitudes(&cos_theta)) {
+                    sum += s1[900].re;
+                }
+            }
+        }
+        sum
+    };
+    let mut group = c.benchmark_group("Mie");
+    group
+        .sample_size(10)
+        .measurement_time(Duration::from_secs(10));
+    group.bench_function("81 x 200 x 1801", |b| b.iter(job));
+    group.finish();
+}
+
+fn main() {
+    let mut criterion = Criterion::default()
+        .warm_up_time(Duration::from_millis(500))
+        .measurement_time(Duration::from_secs(2))
+        .configure_from_args();
+    exponential(&mut criterion);
+    phase_sampling(&mut criterion);
+    mie_table(&mut criterion);
+    criterion.final_summary();
+}

@@ -1,0 +1,272 @@
+//! Time to a stated error, measured: `make bench`.
+//!
+//! Each integrator renders part of a picture on one thread, and its own film tells its noise. As variance falls with the
+//! inverse of the work, both together give the processor time to bring every pixel's whole spectrum to 1 % noise:
+//!
+//! `T = setup + ⟨variance / L²⟩ / 10⁻⁴ · processor time · (pixels of the picture / pixels rendered)`
+//!
+//! with the mean over pixels and wavelengths and `L` the radiance by the reference. The mean is a strict judge: a few
+//! pixels next to the horizon and the sun dominate it. Processor time of the thread, not time on the clock, so that other
+//! programs on the machine matter little.
+
+#[path = "../tests/support/mod.rs"]
+mod support;
+
+use std::sync::atomic::AtomicBool;
+use std::time::Duration;
+
+use celaje::composition::{column, Atmosphere, VerticalGrid};
+use celaje::math::Vec3;
+use celaje::medium::{from_atmosphere, LayeredMedium};
+use celaje::optics::{AerosolOptics, AngleGrid, Phase};
+use celaje::sensor::{Fisheye, Sensor};
+use celaje::transport::{
+    Budget, Classic, Control, Integrator, Observer, Path, Scene, SunLight, Tracker,
+};
+use celaje::{Film, Result, WavelengthGrid};
+use cpu_time::ThreadTime;
+use support::{peer, Looks};
+
+const PLANET_RADIUS_M: f64 = 6_360_000.0;
+/// Noise that time is stated for, squared.
+const TARGET: f64 = 1e-4;
+/// The classic integrator shares nothing between wavelengths, so every tenth tells the cost of all.
+const CLASSIC_STRIDE: usize = 10;
+
+fn main() -> Result<()> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
+    match pool {
+        Ok(pool) => pool.install(|| {
+            hazy_fisheye()?;
+            peer_scene()
+        }),
+        Err(e) => {
+            eprintln!("error: no thread: {e}");
+            std::process::exit(1)
+        }
+    }
+}
+
+/// A film and what it cost.
+struct Run {
+    film: Film,
+    /// Processor time of what is done once per picture.
+    setup_s: f64,
+    /// Processor time of all else.
+    work_s: f64,
+}
+
+impl Run {
+    fn new(
+        integrator: &dyn Integrator<LayeredMedium>,
+        scene: &Scene<'_, LayeredMedium>,
+        radius_m: f64,
+        sensor: &dyn Sensor,
+        spp: u32,
+    ) -> Result<Self> {
+        let timed = |sensor: &dyn Sensor, spp: u32| -> Result<(Film, f64)> {
+            let cancel = AtomicBool::new(false);
+            let control = Control {
+                budget: Budget {
+                    spp,
+                    seed: 1,
+                    max_order: None,
+                },
+                cancel: &cancel,
+                progress: &|_, _| {},
+            };
+            let observer = Observer {
+                radius_m,
+                sun_disc: false,
+            };
+            let start = ThreadTime::now();
+            let film = integrator.render(scene, &observer, sensor, &control)?;
+            Ok((film, Duration::as_secs_f64(&start.elapsed())))
+        };
+        // One path straight up costs next to nothing but the setup.
+        let (_, setup_s) = timed(&Looks(vec![Vec3::new(0.0, 0.0, 1.0)]), 1)?;
+        let (film, all_s) = timed(sensor, spp)?;
+        Ok(Self {
+            film,
+            setup_s,
+            work_s: (all_s - setup_s).max(0.0),
+        })
+    }
+
+    /// Mean over pixels and wavelengths of `variance / L²` of what was rendered; `reference` may hold more wavelengths,
+    /// of which every `stride`-th is looked at.
+    fn relative_variance(&self, reference: &Film, stride: usize) -> f64 {
+        let (mut sum, mut n) = (0.0, 0.0);
+        let w = self.film.wavelength_nm.len();
+        for pixel in 0..self.film.width * self.film.height {
+            for (lane, l) in reference.spectrum(pixel).iter().step_by(stride).enumerate() {
+                let variance = f64::from(self.film.variance[pixel * w + lane]);
+                sum += variance / f64::from(*l).powi(2);
+                n += 1.0;
+            }
+        }
+        sum / n
+    }
+
+    /// Processor time to 1 % noise of a picture `share` times as large in pixels and wavelengths.
+    fn seconds_to_target(&self, reference: &Film, stride: usize, share: f64) -> f64 {
+        let relative_variance = self.relative_variance(reference, stride);
+        self.setup_s + relative_variance / TARGET * self.work_s * share
+    }
+}
+
+/// Rayleigh air, 300 DU of ozone, and a Henyey–Greenstein aerosol (g = 0.7, single-scattering albedo 0.95, optical depth
+/// 0.2 at 550 nm and as λ^−1.2, scale height 1.5 km).
+fn hazy_medium(grid: &WavelengthGrid) -> Result<LayeredMedium> {
+    let none = AerosolOptics {
+        name: "none".into(),
+        wavelength_nm: grid.nm().to_vec(),
+        angles: AngleGrid::coarse(),
+        layers: Vec::new(),
+        extrapolated: false,
+    };
+    let air = Atmosphere::named("us76")?.profile(&VerticalGrid::standard(0.0)?, 300.0)?;
+    let mut medium = from_atmosphere(&air, &none, grid, PLANET_RADIUS_M)?;
+    let shape: Vec<f64> = air.altitude_m.iter().map(|z| (-z / 1500.0).exp()).collect();
+    let height_m = column(&air.altitude_m, &shape);
+    let coefficients = |share: f64| -> Vec<f64> {
+        let at = |s: f64, w: f64| share * 0.2 * (w / 550.0).powf(-1.2) * s / height_m;
+        let rows = shape
+            .iter()
+            .flat_map(|&s| grid.nm().iter().map(move |&w| (s, w)));
+        rows.map(|(s, w)| at(s, w)).collect()
+    };
+    let phase = Phase::henyey_greenstein(&vec![0.7; grid.len()])?;
+    medium.add(&coefficients(0.95), &coefficients(0.05), phase)?;
+    Ok(medium)
+}
+
+/// Some pixels of a 64×64 fisheye: every sixth in both directions of its eastern half, which the sun in the south mirrors.
+struct Pixels {
+    fisheye: Fisheye,
+    chosen: Vec<(usize, usize)>,
+    /// Pixels of the whole disc.
+    in_disc: usize,
+}
+
+impl Pixels {
+    fn new() -> Result<Self> {
+        const SIZE: usize = 64;
+        let fisheye = Fisheye::new(SIZE, SIZE, 180.0)?;
+        let mut seen = Vec::new();
+        for row in 0..SIZE {
+            for column in 0..SIZE {
+                if fisheye.direction(column, row, 0.5, 0.5).is_some() {
+                    seen.push((column, row));
+                }
+            }
+        }
+        let in_disc = seen.len();
+        seen.retain(|(column, row)| column % 6 == 3 && row % 6 == 3 && *column < SIZE / 2);
+        Ok(Self {
+            fisheye,
+            chosen: seen,
+            in_disc,
+        })
+    }
+}
+
+impl Sensor for Pixels {
+    fn size(&self) -> (usize, usize) {
+        (self.chosen.len(), 1)
+    }
+
+    fn direction(&self, column: usize, _row: usize, u: f64, v: f64) -> Option<Vec3> {
+        let (column, row) = self.chosen[column];
+        self.fisheye.direction(column, row, u, v)
+    }
+}
+
+fn scene_under<'a>(
+    medium: &'a LayeredMedium,
+    grid: &WavelengthGrid,
+    sun_zenith_deg: f64,
+) -> Result<Scene<'a, LayeredMedium>> {
+    let towards = Vec3::from_azimuth_elevation_deg(180.0, 90.0 - sun_zenith_deg);
+    let sun = SunLight::new(towards, grid.nm(), &vec![1.0; grid.len()], 0.267)?;
+    Scene::new(medium, sun, &vec![0.2; grid.len()])
+}
+
+/// A 64×64 fisheye at 81 wavelengths, under suns from high to 4° below the horizon.
+fn hazy_fisheye() -> Result<()> {
+    let grid = WavelengthGrid::range(380.0, 780.0, 5.0)?;
+    let few: Vec<f64> = grid.nm().iter().copied().step_by(CLASSIC_STRIDE).collect();
+    let few = WavelengthGrid::new(few)?;
+    let (medium, medium_of_few) = (hazy_medium(&grid)?, hazy_medium(&few)?);
+    let pixels = Pixels::new()?;
+    let share = pixels.in_disc as f64 / pixels.chosen.len() as f64;
+    let share_of_few = share * grid.len() as f64 / few.len() as f64;
+    println!(
+        "64x64 fisheye ({} of {} pixels rendered), Rayleigh + ozone + aerosol 0.2, {} wavelengths:",
+        pixels.chosen.len(),
+        pixels.in_disc,
+        grid.len()
+    );
+    println!(
+        "processor seconds of one core to 1 % noise, and how many times faster than classic\n"
+    );
+    println!("| sun zenith | path | × | tracker | × | classic |\n|---|---|---|---|---|---|");
+    // Paths per pixel: more where light is rare, so that the noise itself is known well.
+    for (zenith_deg, path_spp, tracker_spp, classic_spp) in [
+        (30.0, 4096, 16_384, 8192),
+        (60.0, 4096, 16_384, 8192),
+        (85.0, 8192, 32_768, 16_384),
+        (90.0, 16_384, 65_536, 16_384),
+        (94.0, 131_072, 131_072, 32_768),
+    ] {
+        let scene = scene_under(&medium, &grid, zenith_deg)?;
+        let path = Run::new(&Path, &scene, PLANET_RADIUS_M, &pixels, path_spp)?;
+        let tracker = Run::new(&Tracker, &scene, PLANET_RADIUS_M, &pixels, tracker_spp)?;
+        let scene = scene_under(&medium_of_few, &few, zenith_deg)?;
+        let classic = Run::new(&Classic, &scene, PLANET_RADIUS_M, &pixels, classic_spp)?;
+        let path_s = path.seconds_to_target(&path.film, 1, share);
+        let tracker_s = tracker.seconds_to_target(&path.film, 1, share);
+        let classic_s = classic.seconds_to_target(&path.film, CLASSIC_STRIDE, share_of_few);
+        println!(
+            "| {zenith_deg}° | {path_s:.3} | {:.0} | {tracker_s:.1} | {:.0} | {classic_s:.0} |",
+            classic_s / path_s,
+            classic_s / tracker_s
+        );
+    }
+    println!();
+    Ok(())
+}
+
+/// The peer scene, whose cost other codes state as `variance / L² × processor seconds`, per pixel and wavelength.
+fn peer_scene() -> Result<()> {
+    let grid = WavelengthGrid::range(380.0, 780.0, 5.0)?;
+    let few: Vec<f64> = grid.nm().iter().copied().step_by(CLASSIC_STRIDE).collect();
+    let looks = Looks(peer::axes(&peer::published("SO")).1);
+    let values = (looks.0.len() * grid.len()) as f64;
+    let medium = peer::medium(grid.nm());
+    let scene = peer::scene(&medium, grid.nm(), 60.0);
+    let radius_m = peer::PLANET_RADIUS_M;
+    let path = Run::new(&Path, &scene, radius_m, &looks, 4096)?;
+    let tracker = Run::new(&Tracker, &scene, radius_m, &looks, 16_384)?;
+    let medium = peer::medium(&few);
+    let scene = peer::scene(&medium, &few, 60.0);
+    let classic = Run::new(&Classic, &scene, radius_m, &looks, 8192)?;
+    println!(
+        "Peer scene (Rayleigh, sun zenith 60 deg), {} directions, {} wavelengths: processor seconds × relative variance",
+        looks.0.len(),
+        grid.len()
+    );
+    println!("per pixel and wavelength, without the setup\n");
+    println!("| method | figure of merit | setup s |\n|---|---|---|");
+    let cases = [
+        ("path", &path, 1),
+        ("tracker", &tracker, 1),
+        ("classic", &classic, CLASSIC_STRIDE),
+    ];
+    for (name, run, stride) in cases {
+        let values = values / grid.len() as f64 * run.film.wavelength_nm.len() as f64;
+        let merit = run.relative_variance(&path.film, stride) * run.work_s / values;
+        println!("| {name} | {merit:.2e} | {:.3} |", run.setup_s);
+    }
+    Ok(())
+}
