@@ -9,7 +9,7 @@ use crate::support::{batches, value, Job};
 /// Rationale: [`Shells`] shares the columns and the phase functions with [`Path`], but solves by quadrature and cut-off
 /// peaks what the other samples. Expected: in haze with a narrow forward peak, from a high to a setting sun, from the
 /// ground and from the air, directions more than 5° from the sun agree to 1.5 % rms over all and 5 % in any one. Power:
-/// [`Path`] is known to 0.5 % rms (asserted), so the bounds bind at discretisation errors, not at noise.
+/// [`Path`] is known to 0.6 % rms (asserted), so the bounds bind at discretisation errors, not at noise.
 #[test]
 fn shells_agree_with_path() {
     let looks = [
@@ -37,7 +37,7 @@ fn shells_agree_with_path() {
             max_order: None,
         };
         let shells = batches(&Shells::default(), &scene, radius_m, &seen, job(1, 1));
-        let path = batches(&Path, &scene, radius_m, &seen, job(16, 8192));
+        let path = batches(&Path, &scene, radius_m, &seen, job(16, 16_384));
         let (mut squares, mut noise, mut n) = (0.0, 0.0, 0.0);
         for direction in 0..seen.len() {
             for lane in 0..4 {
@@ -58,7 +58,7 @@ fn shells_agree_with_path() {
         let (rms, noise) = (f64::sqrt(squares / n), f64::sqrt(noise / n));
         println!("{name}: rms {rms:.4}, noise {noise:.4}");
         assert!(
-            noise < 0.005,
+            noise < 0.006,
             "{name}: the reference is known to {noise} only"
         );
         assert!(rms < 0.015, "{name}: rms {rms}");

@@ -84,8 +84,8 @@ impl Harmonics {
 pub fn legendre(degree: usize, x: f64, out: &mut [f32]) {
     let (mut before, mut now) = (1.0, x);
     out[0] = 1.0;
-    for l in 1..=degree {
-        out[l] = now as f32;
+    for (l, out) in out.iter_mut().enumerate().take(degree + 1).skip(1) {
+        *out = now as f32;
         let lf = l as f64;
         (before, now) = (now, ((2.0 * lf + 1.0) * x * now - lf * before) / (lf + 1.0));
     }

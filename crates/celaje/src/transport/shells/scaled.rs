@@ -44,9 +44,9 @@ impl Scaled {
             for (k, species) in moments.iter().enumerate() {
                 for (j, &lane) in chosen.iter().enumerate() {
                     let sigma_s = f64::from(original.species_row(k, node)[lane]);
-                    for l in 0..rows {
+                    for (l, g_l) in species[j].iter().enumerate().take(rows) {
                         // σ' g' = σ (1 − f) (g − f)/(1 − f).
-                        let g = sigma_s * (species[j][l] - cut(k, j));
+                        let g = sigma_s * (g_l - cut(k, j));
                         let at = (node * rows + l) * lanes + j;
                         coefficients[at] +=
                             ((2.0 * l as f64 + 1.0) / (4.0 * std::f64::consts::PI) * g) as f32;
