@@ -9,7 +9,19 @@ import math
 import pathlib
 import sys
 
-COLUMNS = "plume lat lon feature weight sx_w sx_e sy_w sy_e theta_rad aod_max".split()
+COLUMNS = [
+    "plume",
+    "lat",
+    "lon",
+    "feature",
+    "weight",
+    "sx_w",
+    "sx_e",
+    "sy_w",
+    "sy_e",
+    "theta_rad",
+    "aod_max",
+]
 
 
 def read(path):
@@ -18,8 +30,14 @@ def read(path):
 
 out = pathlib.Path(sys.argv[4])
 with open(out / "plumes.csv", "w", encoding="utf-8") as f:
-    print("# MACv2-SP: two Gaussian features of nine plumes; angles in degrees. See SOURCE.md.", file=f)
-    print("plume,latitude_deg,longitude_deg,feature,weight,west_deg,east_deg,west_across_deg,east_across_deg,turn_deg,aod_max", file=f)
+    print(
+        "# MACv2-SP: two Gaussian features of nine plumes; angles in degrees. See SOURCE.md.",
+        file=f,
+    )
+    print(
+        "plume,latitude_deg,longitude_deg,feature,weight,west_deg,east_deg,west_across_deg,east_across_deg,turn_deg,aod_max",
+        file=f,
+    )
     for r in read(sys.argv[1]):
         r["lon"] = f"{(float(r['lon']) + 180) % 360 - 180:g}"
         r["theta_rad"] = f"{math.degrees(float(r['theta_rad'])):.3f}"

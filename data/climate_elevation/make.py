@@ -3,8 +3,8 @@
 
 usage: make.py SOURCE.npz OUTPUT.bin
 
-SOURCE.npz has elevation_m (360, 720), north to south from 89.75, west to east from -179.75. The result: signed 16-bit integers,
-little-endian, in the same order.
+SOURCE.npz has elevation_m (360, 720), north to south from 89.75, west to east from -179.75. The result: signed
+16-bit integers, little-endian, in the same order.
 """
 
 import sys

@@ -3,8 +3,9 @@
 
 usage: make.py SOURCE.npz OUTPUT.bin
 
-SOURCE.npz has lat (64), p_hPa (59) and o3_vmr_ppb (12, 64, 59). The result, little-endian: 64 latitudes and 59 pressures as 32-bit
-floats, then the mixing ratios as unsigned 16-bit integers, month by month, south to north, top to bottom.
+SOURCE.npz has lat (64), p_hPa (59) and o3_vmr_ppb (12, 64, 59). The result, little-endian: 64 latitudes and 59
+pressures as 32-bit floats, then the mixing ratios as unsigned 16-bit integers, month by month, south to north,
+top to bottom.
 """
 
 import sys

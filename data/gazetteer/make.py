@@ -3,8 +3,8 @@
 
 usage: make.py CITIES15000.json COUNTRIES.json > cities.csv
 
-Kept: cities of 100 000 people at least and every capital. `other_names` holds, separated by |, further names in Latin letters of cities of
-500 000 people at least and of capitals, the shortest first, at most forty.
+Kept: cities of 100 000 people at least and every capital. `other_names` holds, separated by |, further names in
+Latin letters of cities of 500 000 people at least and of capitals, the shortest first, at most forty.
 """
 
 import json
@@ -22,7 +22,10 @@ def fold(text):
 
 
 def is_capital(city):
-    return fold(countries.get(city["countrycode"], {}).get("capital", "")) in {fold(city["name"]), *map(fold, city["alternatenames"])}
+    return fold(countries.get(city["countrycode"], {}).get("capital", "")) in {
+        fold(city["name"]),
+        *map(fold, city["alternatenames"]),
+    }
 
 
 def latin(name):
@@ -31,7 +34,9 @@ def latin(name):
 
 kept = {}
 for city in sorted(cities, key=lambda c: -c["population"]):
-    capital = is_capital(city) and not any(k[1] == city["countrycode"] and v[1] for k, v in kept.items())
+    capital = is_capital(city) and not any(
+        k[1] == city["countrycode"] and v[1] for k, v in kept.items()
+    )
     if city["population"] >= 100_000 or capital:
         kept.setdefault((city["name"], city["countrycode"], city["geonameid"]), (city, capital))
 print("# Cities of GeoNames (www.geonames.org, CC BY 4.0). See SOURCE.md.")
@@ -43,5 +48,13 @@ for (name, code, _), (city, capital) in kept.items():
             if fold(other) not in seen and len(others) < 40:
                 seen.add(fold(other))
                 others.append(other)
-    cells = [name, code, countries[code]["name"], f"{city['latitude']:.3f}", f"{city['longitude']:.3f}", str(city["population"]), city["timezone"]]
+    cells = [
+        name,
+        code,
+        countries[code]["name"],
+        f"{city['latitude']:.3f}",
+        f"{city['longitude']:.3f}",
+        str(city["population"]),
+        city["timezone"],
+    ]
     print(",".join(c.replace(",", " ") for c in [*cells, "|".join(others)]))

@@ -3,8 +3,8 @@
 
 usage: make.py SOURCE.csv > zonal_sbuv.csv
 
-SOURCE.csv has lat, month, o3_DU, sd_DU, n_years, source; latitude decreasing. Here it increases. Filled cells get 20 DU, by which they
-differ from MERRA-2.
+SOURCE.csv has lat, month, o3_DU, sd_DU, n_years, source; latitude decreasing. Here it increases. Filled cells
+get 20 DU, by which they differ from MERRA-2.
 """
 
 import csv

@@ -263,8 +263,8 @@ mod tests {
             let n = (i + 1) as f64;
             let tau = n * mu * pi - (n + 1.0) * pi_before;
             let factor = (2.0 * n + 1.0) / (n * (n + 1.0));
-            s1 = s1 + (a_n * pi + b_n * tau) * factor;
-            s2 = s2 + (a_n * tau + b_n * pi) * factor;
+            s1 += (a_n * pi + b_n * tau) * factor;
+            s2 += (a_n * tau + b_n * pi) * factor;
             let next = ((2.0 * n + 1.0) * mu * pi - (n + 1.0) * pi_before) / n;
             (pi_before, pi) = (pi, next);
         }
