@@ -108,6 +108,14 @@ impl Run {
         sum / n
     }
 
+    /// Median over mean of `variance / L²`: how much a few bad pixels weigh in the mean.
+    fn median_over_mean(&self) -> f64 {
+        let values = self.film.variance.iter().zip(&self.film.radiance);
+        let mut values: Vec<f32> = values.map(|(v, l)| v / (l * l)).collect();
+        values.sort_by(f32::total_cmp);
+        f64::from(values[values.len() / 2]) / self.relative_variance(&self.film, 1)
+    }
+
     /// Processor time to 1 % noise of a picture `share` times as large in pixels and wavelengths.
     fn seconds_to_target(&self, reference: &Film, stride: usize, share: f64) -> f64 {
         let relative_variance = self.relative_variance(reference, stride);
@@ -210,7 +218,10 @@ fn hazy_fisheye() -> Result<()> {
     println!(
         "processor seconds of one core to 1 % noise, and how many times faster than classic\n"
     );
-    println!("| sun zenith | path | × | tracker | × | classic |\n|---|---|---|---|---|---|");
+    println!(
+        "| sun zenith | path | × | tracker | × | classic | path: µs per path, median over mean |"
+    );
+    println!("|---|---|---|---|---|---|---|");
     // Paths per pixel: more where light is rare, so that the noise itself is known well.
     for (zenith_deg, path_spp, tracker_spp, classic_spp) in [
         (30.0, 4096, 16_384, 8192),
@@ -228,9 +239,11 @@ fn hazy_fisheye() -> Result<()> {
         let tracker_s = tracker.seconds_to_target(&path.film, 1, share);
         let classic_s = classic.seconds_to_target(&path.film, CLASSIC_STRIDE, share_of_few);
         println!(
-            "| {zenith_deg}° | {path_s:.3} | {:.0} | {tracker_s:.1} | {:.0} | {classic_s:.0} |",
+            "| {zenith_deg}° | {path_s:.1} | {:.0} | {tracker_s:.1} | {:.0} | {classic_s:.0} | {:.2}, {:.2} |",
             classic_s / path_s,
-            classic_s / tracker_s
+            classic_s / tracker_s,
+            1e6 * path.work_s / (f64::from(path_spp) * pixels.chosen.len() as f64),
+            path.median_over_mean()
         );
     }
     println!();

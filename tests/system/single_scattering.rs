@@ -134,7 +134,7 @@ fn equals_the_line_integral() {
                 seed: seed_from_name(&test),
                 batches: BATCHES,
                 // Below the horizon few paths find the sunlit air.
-                spp: if sun_deg < 0.0 { 4 * spp } else { spp },
+                spp: if sun_deg < 0.0 { 8 * spp } else { spp },
                 max_order: Some(1),
             };
             let films = batches(integrator, &scene, radius_m, &seen, job);
