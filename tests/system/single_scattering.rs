@@ -103,7 +103,7 @@ fn equals_the_line_integral() {
     ];
     let integrators: [(&str, &dyn Integrator<_>, u32); 3] = [
         ("path", &Path, 16),
-        ("tracker", &Tracker, 8192),
+        ("tracker", &Tracker, 12_288),
         ("classic", &Classic, 4096),
     ];
     for (sun_deg, altitude_m) in cases {
