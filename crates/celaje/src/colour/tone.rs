@@ -126,10 +126,10 @@ impl Exposure {
 }
 
 /// White of an automatic exposure \[cd m⁻²\]: twice the geometric mean of the median and the 98th percentile of the
-/// luminances.
+/// luminances, and at least that percentile.
 ///
-/// So an even sky is shown at half of white, and one with a glow gives some of its brightest part to keep the rest
-/// from sinking into the dark: a median sky at 1/10 of the glow stands at 0.16 of white, the glow at 1.6. Black pixels
+/// So an even sky is shown at half of white, and the glow of a low sun burns out in 2 % of the picture at most, while the
+/// display's curve keeps the rest from sinking into the dark. Black pixels
 /// and those that are not numbers do not count, nor do light sources: the sun's disc is brighter than 100 medians
 /// (10⁴ at least by day, while the aureole and the glow of twilight stay below 100). So noon and deep twilight both
 /// fill the range of the display, and a disc in the picture, large or small, changes nothing to speak of.
@@ -147,7 +147,7 @@ pub fn auto_white(luminance: &[f32]) -> f64 {
     y.retain(|&v| f64::from(v) <= limit);
     let median = f64::from(quantile(&mut y, 0.5));
     let bright = f64::from(quantile(&mut y, AUTO_SHARE));
-    2.0 * (median * bright).sqrt()
+    (2.0 * (median * bright).sqrt()).max(bright)
 }
 
 /// The value below which a share of the values lies; `values` not empty and free of NaN.
