@@ -199,8 +199,8 @@ def climate(
     >>> c = celaje.climate(at=(41.65, -0.88), time="2026-06-21T18:30Z")
     >>> round(c.sun_elevation_deg.value, 2)
     11.0
-    >>> c.atmosphere.value, c.atmosphere.reason
-    ('midlatitude-summer', 'reference atmosphere nearest to latitude 41.6° in summer')
+    >>> c.atmosphere.value, c.atmosphere.reason[:30]
+    ('climate', 'blended for 41.6° N and the se')
     """
     return conditions_of(
         read_conditions(at=at, time=time, altitude=altitude, ozone_climate=ozone_climate)

@@ -441,7 +441,7 @@ def sky(
     >>> import celaje
     >>> sky = celaje.sky(at=(41.65, -0.88), time="2026-06-21T18:30Z", wavelengths="400:700:50")
     >>> sky.conditions.albedo.reason
-    'grass and crops (0.16 to 0.26): no map of the ground is built in as yet'
+    'broadband mean of the surroundings: grass 50 %, crop 42 %, water 7 %; spectral in use'
     >>> sky.medium
     Medium(278 altitudes 0 to 100000 m, 7 wavelengths 400 to 700 nm)
     """

@@ -20,7 +20,8 @@ def test_conditions_have_value_unit_source_and_reason() -> None:
         assert condition.reason, name
     assert c.ozone_du.unit == "DU"
     assert 300 < c.ozone_du.value < 350
-    assert c.aerosol.value == "opac:continental-average"
+    assert c.aerosol.value == "climate"
+    assert "nearest AIAA type: rural" in c.aerosol.reason
     assert c.albedo.unit == ""
     assert c.time is not None
     assert c.time.value == datetime(2026, 6, 21, 18, 30, tzinfo=timezone.utc)
@@ -109,14 +110,16 @@ def test_atmosphere_holds_what_the_conditions_say(evening: celaje.Sky) -> None:
     density = air.pressure_pa / (1.380649e-23 * air.temperature_k)
     assert density[0] == pytest.approx(air.air_number_density[0], rel=5e-3)
     assert 250 < air.temperature_k[0] < 310
-    assert {"mixing layer", "stratosphere"} <= set(air.aerosol_number_density)
+    assert {"continental", "stratosphere"} <= set(air.aerosol_number_density)
 
 
 def test_medium_of_a_sky_has_the_optical_depths_of_its_parts(evening: celaje.Sky) -> None:
-    """At 550 nm: Rayleigh 0.097, aerosol 0.12 and the stratosphere's, ozone 0.03 (329 DU): 0.25 in all."""
+    """At 550 nm, 414 m up: the aerosol in force, Rayleigh 0.093, ozone 0.030 (329 DU), the upper aerosol 0.005."""
     depth = evening.medium.vertical_optical_depth()
     assert depth.shape == (3,)
-    assert 0.24 < depth[1] < 0.27
+    conditions = evening.conditions
+    assert conditions is not None
+    assert 0.123 < depth[1] - conditions.aod_550.value < 0.135
     medium = evening.medium
     assert medium.sigma_t.shape == (medium.altitude_m.size, 3)
     total = np.sum([sigma_s for sigma_s, _ in medium.species], axis=0)
