@@ -443,7 +443,7 @@ def sky(
     >>> sky.conditions.albedo.reason
     'broadband mean of the surroundings: grass 50 %, crop 42 %, water 7 %; spectral in use'
     >>> sky.medium
-    Medium(278 altitudes 0 to 100000 m, 7 wavelengths 400 to 700 nm)
+    Medium(430 altitudes 417.676 to 100000 m, 7 wavelengths 400 to 700 nm)
     """
     conditions = read_conditions(
         at=at,
