@@ -10,7 +10,7 @@ SOURCES := Cargo.toml Cargo.lock pyproject.toml setup.py \
 	$(shell find crates data python -type f \( -name '*.rs' -o -name '*.toml' -o -name '*.csv' -o -name '*.py' -o -name '*.pyi' \))
 
 .DEFAULT_GOAL := help
-.PHONY: help sky test check bench docs accuracy prerequisites clean
+.PHONY: help sky test check bench docs gallery accuracy prerequisites clean
 
 help:  ## Show this help
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -36,10 +36,12 @@ accuracy: prerequisites  ## Run the long statistical tests, which make test leav
 bench: prerequisites  ## Measure kernels, and the time to a stated error
 	cargo bench --locked -p celaje --bench kernels --bench time_to_error
 
-docs: .venv/installed-dev  ## Build the manual of the library, the figures and the gallery
+gallery: .venv/installed-dev  ## Make every picture of the gallery anew (some minutes)
+	for script in $(filter-out %/common.py,$(wildcard docs/gallery/*.py)); do $(BIN)/python $$script || exit 1; done
+
+docs: gallery  ## Build the manual of the library, the figures and the gallery
 	cargo doc --locked --workspace --no-deps
 	cargo run --locked --release -p celaje --example conventions -- docs/figures
-	for script in $(wildcard docs/gallery/*.py); do $(BIN)/python $$script || exit 1; done
 	@echo "The manual is $(CURDIR)/target/doc/celaje/index.html"
 
 clean:  ## Remove all that was built
