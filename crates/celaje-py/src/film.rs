@@ -30,6 +30,7 @@ fn film(
             Some(variance) => variance.as_slice()?.to_vec(),
             None => Vec::new(),
         },
+        polarisation: None,
     })
 }
 

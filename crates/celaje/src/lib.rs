@@ -28,6 +28,6 @@ pub mod spectrum;
 pub mod transport;
 
 pub use error::{Error, Result};
-pub use film::Film;
+pub use film::{Film, Plane, Polarisation};
 pub use sky::Sky;
 pub use spectrum::WavelengthGrid;

@@ -48,7 +48,10 @@ pub(crate) trait Estimator {
     /// Called once before a pixel's estimates, with the ray through its centre if that sees anything.
     fn prepare(&mut self, _centre: Option<&Ray>) {}
 
-    /// Adds one estimate of the spectral radiance along a ray to a row.
+    /// Stokes components of an estimate: 1 for the radiance alone, 4 for I, Q, U, V.
+    const COMPONENTS: usize = 1;
+
+    /// Adds one estimate of the spectral radiance along a ray to a row for each component, one after the other.
     fn add_estimate(&mut self, ray: &Ray, sun_disc: bool, sampler: &mut Sampler, out: &mut [f32]);
 }
 
@@ -88,21 +91,24 @@ pub(crate) fn monte_carlo<M: Medium, E: Estimator>(
     check_range("spp", f64::from(budget.spp), "", 1.0..=1e9)?;
     let (width, height) = sensor.size();
     let wavelength_nm = medium.wavelength_nm();
-    let mut film = Film::new(width, height, wavelength_nm)?;
-    let w = wavelength_nm.len();
+    let mut film = match E::COMPONENTS {
+        1 => Film::new(width, height, wavelength_nm)?,
+        _ => Film::new_polarised(width, height, wavelength_nm)?,
+    };
     let total = (width * height) as u64;
     let done = AtomicU64::new(0);
     let origin = Vec3::new(0.0, 0.0, observer.radius_m);
     let (replicates, length) = sampling.split(budget.spp);
 
-    film.samples
-        .par_iter_mut()
-        .zip(film.radiance.par_chunks_mut(w))
-        .zip(film.variance.par_chunks_mut(w))
+    film.pixels_mut()
+        .into_par_iter()
         .enumerate()
         .try_for_each_init(
-            || (worker(), PixelStatistics::new(medium.lanes())),
-            |(estimator, statistics), (pixel, ((samples, radiance), variance))| {
+            || {
+                let statistics = PixelStatistics::new(E::COMPONENTS * medium.lanes());
+                (worker(), statistics)
+            },
+            |(estimator, statistics), (pixel, out)| {
                 let (row, column) = (pixel / width, pixel % width);
                 let look = |u, v| {
                     let direction = sensor.direction(column, row, u, v)?;
@@ -130,9 +136,11 @@ pub(crate) fn monte_carlo<M: Medium, E: Estimator>(
                     }
                     statistics.push(seen);
                 }
-                *samples = statistics.samples;
-                statistics.mean_into(radiance);
-                statistics.variance_of_mean_into(variance);
+                *out.samples = statistics.samples;
+                for (c, (mean, variance)) in out.stokes.into_iter().enumerate() {
+                    statistics.mean_into(c * medium.lanes(), mean);
+                    statistics.variance_of_mean_into(c * medium.lanes(), variance);
+                }
                 let so_far = done.fetch_add(1, Ordering::Relaxed) + 1;
                 (control.progress)(so_far, total);
                 Ok(())
@@ -196,9 +204,10 @@ impl PixelStatistics {
         }
     }
 
-    fn mean_into(&self, mean: &mut [f32]) {
+    /// Means of the values from `first` on.
+    fn mean_into(&self, first: usize, mean: &mut [f32]) {
         let n = f64::from(self.replicates.max(1));
-        for (i, m) in mean.iter_mut().enumerate() {
+        for (i, m) in (first..).zip(mean) {
             *m = if self.replicates == 0 {
                 0.0
             } else {
@@ -207,9 +216,9 @@ impl PixelStatistics {
         }
     }
 
-    fn variance_of_mean_into(&self, variance: &mut [f32]) {
+    fn variance_of_mean_into(&self, first: usize, variance: &mut [f32]) {
         let n = f64::from(self.replicates);
-        for (i, v) in variance.iter_mut().enumerate() {
+        for (i, v) in (first..).zip(variance) {
             let spread = self.sum_of_squares[i] - self.sum[i] * self.sum[i] / n;
             *v = if self.replicates < 2 {
                 0.0
