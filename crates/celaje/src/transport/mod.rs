@@ -20,7 +20,7 @@ pub use classic::Classic;
 pub use path::Path;
 pub use render::{Budget, Control, Observer};
 pub use scene::{Scene, SunLight};
-pub use shells::{Accuracy, Shells};
+pub use shells::{Accuracy, Shells, Solution, Tables, TablesOptions};
 pub use tracker::Tracker;
 pub use tracking::{free_path, transmittance, transmittance_at};
 

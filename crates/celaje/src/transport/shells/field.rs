@@ -1,25 +1,88 @@
 //! Moments of the diffuse radiance over altitude and sun angle: what the solver solves for.
 
 use super::harmonics;
+use crate::error::{Error, Result};
 use crate::math::interp::interval;
 use crate::math::lanes;
 
-/// Moments on a grid of heights and sun zenith angles.
+/// What the solver found, as plain arrays: enough, with the medium and the albedo, to build [`super::Tables`] again.
 ///
-/// Between nodes they are interpolated linearly after dividing by a reference that itself is interpolated in its logarithm:
-/// in twilight all moments fall tenfold within two degrees, and that common fall is then exact.
+/// Everything is under a sun of unit irradiance above the air \[1 W m⁻² nm⁻¹\]. Rows hold one value per chosen wavelength and
+/// are padded with zeros to `lanes` values, a multiple of 16.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Solution {
+    /// Distances of the nodes from the planet's centre \[m\], increasing, the ground first, shape (a,).
+    pub radius_m: Vec<f64>,
+    /// Sun zenith angles of the nodes \[deg\], increasing, shape (s,).
+    pub sun_zenith_deg: Vec<f64>,
+    /// Largest degree of the harmonics.
+    pub degree: usize,
+    /// Which of the medium's wavelengths were solved, as indices, increasing, shape (c,).
+    pub chosen: Vec<usize>,
+    /// Moments `M_lm = ∫ L Ŷ_lm dω` of the diffuse radiance \[1\], shape (a, s, (degree + 1)(degree + 2)/2, lanes), the
+    /// harmonics degree by degree, order from 0.
+    pub moments: Vec<f32>,
+    /// Diffuse irradiance of the ground \[1\], shape (s, lanes).
+    pub flux: Vec<f32>,
+}
+
+impl Solution {
+    /// Length of a row.
+    pub fn lanes(&self) -> usize {
+        lanes::padded(self.chosen.len())
+    }
+
+    /// Checks shapes, order and values against a medium of `wavelengths` wavelengths.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`], [`Error::ShapeMismatch`].
+    pub(super) fn check(&self, wavelengths: usize) -> Result<()> {
+        let (a, s, n) = (self.radius_m.len(), self.sun_zenith_deg.len(), self.lanes());
+        let rising = |x: &[f64]| x.len() >= 2 && x.windows(2).all(|p| p[0] < p[1]);
+        let nodes = rising(&self.radius_m) && rising(&self.sun_zenith_deg);
+        let chosen = !self.chosen.is_empty() && self.chosen.windows(2).all(|p| p[0] < p[1]);
+        if !nodes || !chosen || self.chosen.iter().any(|&i| i >= wavelengths) {
+            return Err(Error::invalid(
+                "the nodes of a solution are not in order, or not those of the medium",
+                "solve again for this medium",
+            ));
+        }
+        if self.degree > Self::MAX_DEGREE {
+            return Err(Error::invalid(
+                format!("a solution of degree {}", self.degree),
+                format!("at most {} is known", Self::MAX_DEGREE),
+            ));
+        }
+        let expected = a * s * harmonics::count(self.degree) * n;
+        if self.moments.len() != expected || self.flux.len() != s * n {
+            return Err(Error::ShapeMismatch {
+                name: "moments and flux of a solution".into(),
+                got: format!("{} and {} values", self.moments.len(), self.flux.len()),
+                expected: format!("{expected} and {} values", s * n),
+            });
+        }
+        if !self.moments.iter().chain(&self.flux).all(|v| v.is_finite()) {
+            return Err(Error::invalid(
+                "a solution holds values that are not finite",
+                "solve again for this medium",
+            ));
+        }
+        Ok(())
+    }
+
+    const MAX_DEGREE: usize = 64;
+}
+
+/// A solution that can be looked up.
+///
+/// Between nodes moments are interpolated linearly after dividing by a reference that itself is interpolated in its
+/// logarithm: in twilight all moments fall tenfold within two degrees, and that common fall is then exact.
 #[derive(Debug, Clone)]
 pub struct Field {
-    /// Distances from the planet's centre [m], shape (a,).
-    pub radius_m: Vec<f64>,
+    solution: Solution,
+    lanes: usize,
     /// Sun zenith angles [rad], shape (s,).
-    pub sun_zenith: Vec<f64>,
-    pub degree: usize,
-    pub lanes: usize,
-    /// `M_lm`, shape (a, s, harmonic, lanes).
-    pub moments: Vec<f32>,
-    /// Diffuse irradiance of the ground, shape (s, lanes).
-    pub flux: Vec<f32>,
+    sun_zenith: Vec<f64>,
     /// Mean of `M_00` over wavelengths, shape (a, s).
     reference: Vec<f32>,
     /// Mean of the flux, shape (s,).
@@ -34,50 +97,41 @@ pub struct Corners {
 }
 
 impl Field {
-    /// A dark field.
-    pub fn new(radius_m: Vec<f64>, sun_zenith: Vec<f64>, degree: usize, lanes: usize) -> Self {
-        let nodes = radius_m.len() * sun_zenith.len();
+    /// Makes a solution ready to be looked up.
+    pub fn new(solution: Solution) -> Self {
+        let n = solution.lanes();
+        let means = |rows: &[f32], stride: usize| -> Vec<f32> {
+            rows.chunks_exact(stride)
+                .map(|row| lanes::sum(&row[..n]).max(0.0))
+                .collect()
+        };
         Self {
-            moments: vec![0.0; nodes * harmonics::count(degree) * lanes],
-            flux: vec![0.0; sun_zenith.len() * lanes],
-            reference: vec![0.0; nodes],
-            flux_reference: vec![0.0; sun_zenith.len()],
-            radius_m,
-            sun_zenith,
-            degree,
-            lanes,
+            lanes: n,
+            sun_zenith: solution
+                .sun_zenith_deg
+                .iter()
+                .map(|d| d.to_radians())
+                .collect(),
+            reference: means(&solution.moments, harmonics::count(solution.degree) * n),
+            flux_reference: means(&solution.flux, n),
+            solution,
         }
     }
 
-    /// Values per altitude.
-    pub fn stride(&self) -> usize {
-        self.sun_zenith.len() * harmonics::count(self.degree) * self.lanes
+    /// What it holds.
+    pub fn solution(&self) -> &Solution {
+        &self.solution
     }
 
-    /// Takes the references anew after the moments have changed.
-    pub fn set_references(&mut self) {
-        let row = harmonics::count(self.degree) * self.lanes;
-        for (r, m) in self
-            .reference
-            .iter_mut()
-            .zip(self.moments.chunks_exact(row))
-        {
-            *r = lanes::sum(&m[..self.lanes]).max(0.0);
-        }
-        for (r, f) in self
-            .flux_reference
-            .iter_mut()
-            .zip(self.flux.chunks_exact(self.lanes))
-        {
-            *r = lanes::sum(f).max(0.0);
-        }
+    pub fn into_solution(self) -> Solution {
+        self.solution
     }
 
     /// The nodes about a point.
     #[inline(always)]
     pub fn corners(&self, radius_m: f64, mu_sun: f64) -> Corners {
         let s_count = self.sun_zenith.len();
-        let (a, fa) = place(&self.radius_m, radius_m);
+        let (a, fa) = place(&self.solution.radius_m, radius_m);
         let (s, fs) = place(&self.sun_zenith, mu_sun.clamp(-1.0, 1.0).acos());
         let at = [
             a * s_count + s,
@@ -110,9 +164,10 @@ impl Field {
         out: &mut [f32],
     ) {
         let n = self.lanes;
-        let row = harmonics::count(self.degree) * n;
+        let row = harmonics::count(self.solution.degree) * n;
         let used = harmonics::count(degree) * n;
-        let node = |c: usize| &self.moments[corners.at[c] * row..corners.at[c] * row + used];
+        let node =
+            |c: usize| &self.solution.moments[corners.at[c] * row..corners.at[c] * row + used];
         let (m0, m1, m2, m3) = (node(0), node(1), node(2), node(3));
         let w = corners.weight;
         for block in (0..n).step_by(lanes::BLOCK) {
@@ -149,8 +204,8 @@ impl Field {
         let w = even_out([1.0 - fs, fs, 0.0, 0.0], reference);
         let n = self.lanes;
         let (a, b) = (
-            &self.flux[s * n..(s + 1) * n],
-            &self.flux[(s + 1) * n..(s + 2) * n],
+            &self.solution.flux[s * n..(s + 1) * n],
+            &self.solution.flux[(s + 1) * n..(s + 2) * n],
         );
         for ((o, &a), &b) in out.iter_mut().zip(a).zip(b) {
             *o += w[0] * a + w[1] * b;

@@ -6,64 +6,39 @@ use multiversion::multiversion;
 use rayon::prelude::*;
 
 use super::field::Field;
-use super::harmonics::{self, Harmonics};
-use super::march::{Levels, March};
-use super::scaled::{cos_azimuth, Scaled, Sunlit};
-use super::solve::Light;
-use super::Resolution;
+use super::harmonics;
+use super::march::March;
+use super::scaled::{cos_azimuth, Sunlit};
+use super::tables::Tables;
 use crate::error::{Error, Result};
 use crate::film::Film;
 use crate::math::{lanes, Vec3};
-use crate::medium::{Columns, LayeredMedium, Medium, Ray, RayColumns};
+use crate::medium::{Medium, Ray, RayColumns};
 use crate::sensor::Sensor;
 use crate::transport::render::{Control, Observer};
-use crate::transport::scene::Scene;
+use crate::transport::scene::SunLight;
 
 /// Points across a pixel, each way, at which the sun's disc is looked for.
 const DISC_POINTS: usize = 6;
 
-/// Everything that a pixel's line integrals need.
+/// Tables looked at under one sun.
 pub struct Gatherer<'a> {
-    scene: &'a Scene<'a, LayeredMedium>,
-    fine: (&'a Scaled, &'a Light),
-    coarse: (&'a Scaled, &'a Light),
-    field: Option<&'a Field>,
-    fine_levels: Levels,
-    coarse_levels: Levels,
-    harmonics: Harmonics,
-    /// Columns of the true medium, for the sun's disc.
-    true_columns: Columns,
+    tables: &'a Tables,
+    sun: &'a SunLight,
+    /// Orders that are seen: 0, 1, or all of the tables.
+    max_order: Option<u32>,
     /// Cubic interpolation from the coarse wavelengths: first of four, and their weights.
     stencil: Vec<(usize, [f32; 4])>,
 }
 
 impl<'a> Gatherer<'a> {
-    pub fn new(
-        scene: &'a Scene<'a, LayeredMedium>,
-        fine: (&'a Scaled, &'a Light),
-        coarse: (&'a Scaled, &'a Light),
-        field: Option<&'a Field>,
-        resolution: &Resolution,
-    ) -> Self {
-        let nm = scene.medium.wavelength_nm();
-        let few: Vec<f64> = coarse.0.chosen.iter().map(|&i| nm[i]).collect();
+    pub fn new(tables: &'a Tables, sun: &'a SunLight, max_order: Option<u32>) -> Self {
+        let nm = tables.medium.wavelength_nm();
+        let few: Vec<f64> = tables.coarse.chosen.iter().map(|&i| nm[i]).collect();
         Self {
-            scene,
-            fine,
-            coarse,
-            field,
-            fine_levels: Levels::new(
-                scene.medium,
-                resolution.view_level_m,
-                resolution.view_level_growth,
-            ),
-            coarse_levels: Levels::new(
-                scene.medium,
-                resolution.view_level_m,
-                resolution.view_level_growth,
-            ),
-            harmonics: Harmonics::new(resolution.degree),
-            true_columns: Columns::new(scene.medium),
+            tables,
+            sun,
+            max_order,
             stencil: nm.iter().map(|&w| stencil(&few, w)).collect(),
         }
     }
@@ -76,7 +51,7 @@ impl<'a> Gatherer<'a> {
         control: &Control<'_>,
     ) -> Result<Film> {
         let (width, height) = sensor.size();
-        let nm = self.scene.medium.wavelength_nm();
+        let nm = self.tables.medium.wavelength_nm();
         let w = nm.len();
         let mut film = Film::new(width, height, nm)?;
         let done = AtomicU64::new(0);
@@ -95,7 +70,7 @@ impl<'a> Gatherer<'a> {
                     let (row, column) = (pixel / width, pixel % width);
                     if let Some(direction) = sensor.direction(column, row, 0.5, 0.5) {
                         let ray = Ray { origin, direction };
-                        gather_pixel(worker, &ray, control.budget.max_order != Some(0));
+                        gather_pixel(worker, &ray);
                         if observer.sun_disc {
                             worker.add_disc(&ray, |u, v| sensor.direction(column, row, u, v));
                         }
@@ -108,6 +83,21 @@ impl<'a> Gatherer<'a> {
                 },
             )?;
         Ok(film)
+    }
+
+    /// Radiances in directions, without the disc, shape (direction, w).
+    pub fn radiance(&self, observer_m: f64, directions: &[Vec3]) -> Vec<f32> {
+        let w = self.tables.medium.wavelength_nm().len();
+        let origin = Vec3::new(0.0, 0.0, observer_m);
+        let mut out = vec![0.0; directions.len() * w];
+        out.par_chunks_mut(w).zip(directions).for_each_init(
+            || Worker::new(self),
+            |worker, (out, &direction)| {
+                gather_pixel(worker, &Ray { origin, direction });
+                out.copy_from_slice(&worker.radiance[..w]);
+            },
+        );
+        out
     }
 }
 
@@ -146,17 +136,22 @@ struct Worker<'a> {
 
 impl<'a> Worker<'a> {
     fn new(gatherer: &'a Gatherer<'a>) -> Self {
-        let (fine, light) = gatherer.fine;
-        let n = fine.medium.lanes();
-        let few = gatherer.coarse.0.medium.lanes();
+        let Tables {
+            fine,
+            coarse,
+            medium,
+            ..
+        } = gatherer.tables;
+        let n = medium.lanes();
+        let few = coarse.medium.lanes();
         let degree = fine.degree;
         Self {
             gatherer,
             fine_march: March::default(),
             coarse_march: March::default(),
-            sunlit: Sunlit::new(&fine.columns, n, light.sun_radius_rad),
+            sunlit: Sunlit::new(&fine.columns, n, gatherer.sun.angular_radius_rad()),
             radiance: vec![0.0; n],
-            phase: vec![0.0; n * gatherer.scene.medium.phases().len()],
+            phase: vec![0.0; n * medium.phases().len()],
             sigma_s: vec![0.0; n],
             source: vec![0.0; n],
             beam: vec![0.0; n],
@@ -174,17 +169,25 @@ impl<'a> Worker<'a> {
     "x86_64+avx2+fma",
     "aarch64+neon"
 ))]
-fn gather_pixel<'a>(worker: &mut Worker<'a>, ray: &Ray, scattered: bool) {
-    worker.gather(ray, scattered);
+fn gather_pixel<'a>(worker: &mut Worker<'a>, ray: &Ray) {
+    worker.gather(ray);
 }
 
 impl Worker<'_> {
     /// The radiance along a ray, without the sun's disc.
     #[inline(always)]
-    fn gather(&mut self, ray: &Ray, scattered: bool) {
+    fn gather(&mut self, ray: &Ray) {
         self.radiance.fill(0.0);
         let g = self.gatherer;
-        let medium = g.scene.medium;
+        let Tables {
+            fine,
+            medium,
+            levels,
+            ..
+        } = g.tables;
+        if g.max_order == Some(0) {
+            return;
+        }
         // A ray from space starts where it meets the air.
         let Some((span, _)) = ray.through_air(medium.ground_radius_m(), medium.top_radius_m())
         else {
@@ -194,14 +197,10 @@ impl Worker<'_> {
             origin: ray.at(span.start_m),
             direction: ray.direction,
         };
-        let fine = g.fine.0;
         self.fine_march
-            .cut(&fine.medium, &fine.columns, &g.fine_levels, &inside);
-        if !scattered {
-            return;
-        }
+            .cut(&fine.medium, &fine.columns, levels, &inside);
         self.add_single(&inside);
-        if let Some(field) = g.field {
+        if let Some(field) = g.tables.field.as_ref().filter(|_| g.max_order != Some(1)) {
             self.add_multiple(&inside, field);
         }
     }
@@ -210,9 +209,9 @@ impl Worker<'_> {
     #[inline(always)]
     fn add_single(&mut self, ray: &Ray) {
         let g = self.gatherer;
-        let ((fine, light), medium) = (g.fine, g.scene.medium);
+        let Tables { fine, medium, .. } = g.tables;
         let n = medium.lanes();
-        let towards = g.scene.sun.direction;
+        let towards = g.sun.direction;
         let cos_theta = ray.direction.dot(towards);
         for (row, phase) in self.phase.chunks_exact_mut(n).zip(medium.phases()) {
             phase.eval(cos_theta, row);
@@ -231,7 +230,7 @@ impl Worker<'_> {
                 }
             }
             let weights = &self.fine_march.weights[k * n..(k + 1) * n];
-            let lit = self.beam.iter().zip(&light.irradiance);
+            let lit = self.beam.iter().zip(&g.sun.irradiance);
             for (((l, &s), &w), (&t, &e)) in self
                 .radiance
                 .iter_mut()
@@ -246,15 +245,15 @@ impl Worker<'_> {
             let at = ray.at(self.fine_march.length_m);
             let ground_m = medium.ground_radius_m();
             let mu_sun = at.dot(towards) / at.length();
-            if mu_sun > -light.sun_radius_rad
+            if mu_sun > -self.sunlit.radius_rad
                 && fine.sun_transmittance(&mut self.sunlit, ground_m, mu_sun, &mut self.beam)
             {
                 let factor = (mu_sun.max(0.0) / std::f64::consts::PI) as f32;
                 for i in 0..n {
                     self.radiance[i] += factor
                         * self.beam[i]
-                        * light.irradiance[i]
-                        * light.albedo[i]
+                        * g.sun.irradiance[i]
+                        * g.tables.albedo[i]
                         * self.fine_march.through[i];
                 }
             }
@@ -265,18 +264,19 @@ impl Worker<'_> {
     #[inline(always)]
     fn add_multiple(&mut self, ray: &Ray, field: &Field) {
         let g = self.gatherer;
-        let (coarse, light) = g.coarse;
+        let Tables { coarse, levels, .. } = g.tables;
         let n = coarse.medium.lanes();
-        let towards = g.scene.sun.direction;
+        let towards = g.sun.direction;
         let cos_theta = ray.direction.dot(towards);
         self.coarse_march
-            .cut(&coarse.medium, &coarse.columns, &g.coarse_levels, ray);
+            .cut(&coarse.medium, &coarse.columns, levels, ray);
         self.multiple.fill(0.0);
         for (k, step) in self.coarse_march.steps.iter().enumerate() {
             let mu_sun = ray.at(step.distance_m).dot(towards) / step.radius_m;
             let degree = coarse.coefficients_at(step.radius_m, &mut self.coefficients);
             let cos_phi = cos_azimuth(step.mu, mu_sun, cos_theta);
-            g.harmonics
+            g.tables
+                .harmonics
                 .evaluate(degree, step.mu, cos_phi, &mut self.harmonic);
             let corners = field.corners(step.radius_m, mu_sun);
             self.few_source.fill(0.0);
@@ -298,19 +298,16 @@ impl Worker<'_> {
             field.add_flux(at.dot(towards) / at.length(), &mut self.few_source);
             for i in 0..n {
                 self.multiple[i] +=
-                    self.few_source[i] * light.albedo[i] * self.coarse_march.through[i]
+                    self.few_source[i] * g.tables.few_albedo[i] * self.coarse_march.through[i]
                         / std::f32::consts::PI;
             }
         }
         // What is smooth in wavelength is the share of the sunlight, not the light.
-        for (m, &e) in self.multiple.iter_mut().zip(&light.irradiance) {
-            *m = if e > 0.0 { *m / e } else { 0.0 };
-        }
         for ((l, &(first, w)), &e) in self
             .radiance
             .iter_mut()
             .zip(&g.stencil)
-            .zip(&g.scene.sun.irradiance)
+            .zip(&g.sun.irradiance)
         {
             let last = self.multiple.len() - 1;
             let m = |i: usize| self.multiple[(first + i).min(last)];
@@ -322,7 +319,7 @@ impl Worker<'_> {
     /// The sun's disc behind the true air, by its share of the pixel.
     fn add_disc(&mut self, ray: &Ray, look: impl Fn(f64, f64) -> Option<Vec3>) {
         let g = self.gatherer;
-        let sun = &g.scene.sun;
+        let sun = g.sun;
         let points = (0..DISC_POINTS * DISC_POINTS).filter_map(|i| {
             let place = |k: usize| (k as f64 + 0.5) / DISC_POINTS as f64;
             look(place(i % DISC_POINTS), place(i / DISC_POINTS))
@@ -337,8 +334,8 @@ impl Worker<'_> {
         if hits.is_empty() {
             return;
         }
-        let medium = g.scene.medium;
-        let columns = &g.true_columns;
+        let medium = &g.tables.medium;
+        let columns = &g.tables.true_columns;
         let (mut start, mut tangent, mut through) = (
             vec![0.0; columns.count()],
             vec![0.0; columns.count()],

@@ -7,7 +7,7 @@
 //! 3. A pixel is a line integral: single scattering with the true phase functions at every wavelength, in the scaled
 //!    medium (Nakajima & Tanaka 1988, doi:10.1016/0022-4073(88)90031-3), plus the solved source (`gather.rs`).
 //!
-//! One field serves every view and altitude, and every sun in its range of zenith angles.
+//! One set of tables (`tables.rs`) serves every view and altitude, and every sun in its range of zenith angles.
 
 mod field;
 mod gather;
@@ -15,16 +15,15 @@ mod harmonics;
 mod march;
 mod scaled;
 mod solve;
+mod tables;
 
-use self::gather::Gatherer;
-use self::scaled::Scaled;
-use self::solve::Light;
+pub use self::field::Solution;
+pub use self::tables::{Tables, TablesOptions};
 use super::render::{Control, Observer};
 use super::scene::Scene;
 use super::Integrator;
 use crate::error::{Error, Result};
 use crate::film::Film;
-use crate::math::lanes;
 use crate::medium::{LayeredMedium, Medium};
 use crate::sensor::Sensor;
 
@@ -51,7 +50,7 @@ pub(crate) struct Resolution {
     pub view_level_growth: f64,
     /// Relative change of the mean radiance below which the orders are converged.
     pub converged: f32,
-    pub max_orders: usize,
+    pub max_orders: u32,
 }
 
 /// How accurate the answer should be.
@@ -136,63 +135,17 @@ impl Integrator<LayeredMedium> for Shells {
                 "use the method 'path'",
             ));
         }
-        let resolution = self.accuracy.resolution();
-        let medium = scene.medium;
-        let w = medium.wavelength_nm().len();
-        let few = choose(w, resolution.wavelengths);
-        let all: Vec<usize> = (0..w).collect();
-        let light = |chosen: &[usize]| Light {
-            irradiance: lanes::row_from(chosen.len(), |i| {
-                f64::from(scene.sun.irradiance[chosen[i]])
-            }),
-            albedo: lanes::row_from(chosen.len(), |i| f64::from(scene.albedo[chosen[i]])),
-            sun_radius_rad: scene.sun.angular_radius_rad(),
+        let w = scene.medium.wavelength_nm().len();
+        let albedo: Vec<f64> = scene.albedo[..w].iter().map(|&a| a.into()).collect();
+        let zenith_deg = scene.sun.direction.z.clamp(-1.0, 1.0).acos().to_degrees();
+        let options = TablesOptions {
+            accuracy: self.accuracy,
+            sun_zenith_deg: (zenith_deg, zenith_deg),
+            highest_observer_m: observer.radius_m,
+            sun_angular_radius_deg: scene.sun.angular_radius_rad().to_degrees(),
+            max_order: control.budget.max_order,
         };
-        let coarse = Scaled::new(medium, resolution.degree, few);
-        let coarse_light = light(&coarse.chosen);
-        let multiple = control.budget.max_order != Some(1) && control.budget.max_order != Some(0);
-        let field = if multiple {
-            let range = sun_range(medium, observer.radius_m, scene.sun.direction.z);
-            Some(solve::solve(
-                &coarse,
-                &coarse_light,
-                &resolution,
-                range,
-                control.cancel,
-            )?)
-        } else {
-            None
-        };
-        let fine = Scaled::new(medium, resolution.degree, all);
-        let fine_light = light(&fine.chosen);
-        let gatherer = Gatherer::new(
-            scene,
-            (&fine, &fine_light),
-            (&coarse, &coarse_light),
-            field.as_ref(),
-            &resolution,
-        );
-        gatherer.render(observer, sensor, control)
+        let tables = Tables::solve(scene.medium, &albedo, &options, control.cancel)?;
+        tables.render(&scene.sun, observer, sensor, control)
     }
-}
-
-/// Indices of at most `most` of `w` wavelengths, evenly spread, with the first and the last.
-fn choose(w: usize, most: usize) -> Vec<usize> {
-    if w <= most {
-        return (0..w).collect();
-    }
-    (0..most)
-        .map(|i| (i as f64 * (w - 1) as f64 / (most - 1) as f64).round() as usize)
-        .collect()
-}
-
-/// Sun zenith angles [deg] that an observer's rays can meet, and a margin for light that comes from beyond.
-fn sun_range(medium: &LayeredMedium, observer_radius_m: f64, cos_sun: f64) -> (f64, f64) {
-    const MARGIN_DEG: f64 = 3.0;
-    let (ground, top) = (medium.ground_radius_m(), medium.top_radius_m());
-    // From the observer down to the horizon and up again to the top of the air.
-    let to_horizon = |r: f64| (ground / r).min(1.0).acos().to_degrees();
-    let reach = to_horizon(observer_radius_m) + to_horizon(top) + MARGIN_DEG;
-    let zenith = cos_sun.clamp(-1.0, 1.0).acos().to_degrees();
-    ((zenith - reach).max(0.0), (zenith + reach).min(180.0))
 }

@@ -7,6 +7,7 @@ use crate::math::lanes;
 use crate::medium::{Columns, LayeredMedium, Medium};
 
 /// A medium with truncated phase functions, at a choice of wavelengths.
+#[derive(Debug, Clone)]
 pub struct Scaled {
     pub medium: LayeredMedium,
     pub columns: Columns,

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use multiversion::multiversion;
 use rayon::prelude::*;
 
-use super::field::Field;
+use super::field::{Field, Solution};
 use super::harmonics::{self, gauss_legendre, legendre, Harmonics};
 use super::march::{Levels, March};
 use super::scaled::{cos_azimuth, Scaled, Sunlit};
@@ -14,33 +14,35 @@ use crate::error::{Error, Result};
 use crate::math::{lanes, Vec3};
 use crate::medium::{Medium, Ray};
 
-/// What shines on the medium, at the chosen wavelengths.
-pub struct Light {
-    /// Irradiance above the air, one row.
-    pub irradiance: Vec<f32>,
-    /// Albedo of the ground, one row.
-    pub albedo: Vec<f32>,
+/// What the solver is asked for, beside the medium.
+pub struct Problem<'a> {
+    /// Albedo of the ground at the chosen wavelengths, one row.
+    pub albedo: &'a [f32],
     /// Angular radius of the sun.
     pub sun_radius_rad: f64,
+    /// Range of sun zenith angles anywhere in the air.
+    pub sun_zenith_deg: (f64, f64),
+    /// Orders of scattering in the field: one less than what is seen; `None` for all.
+    pub orders: Option<u32>,
 }
 
-/// Solves for the moments of all orders of scattering, over a range of sun zenith angles.
+/// Solves for the moments of all orders of scattering, under a sun of unit irradiance.
 ///
 /// # Errors
 /// [`Error::Interrupted`].
 pub fn solve(
     scaled: &Scaled,
-    light: &Light,
+    problem: &Problem<'_>,
     resolution: &Resolution,
-    sun_zenith_deg: (f64, f64),
     cancel: &AtomicBool,
 ) -> Result<Field> {
-    let grid = Grid::new(scaled, resolution, sun_zenith_deg);
+    let grid = Grid::new(scaled, resolution, problem.sun_zenith_deg);
     let sweep = |source: Source<'_>| -> Result<Field> {
-        let mut field = grid.dark(scaled);
-        let stride = field.stride();
+        let mut solution = grid.dark(scaled);
+        let stride =
+            grid.sun_zenith.len() * harmonics::count(scaled.degree) * scaled.medium.lanes();
         let flux = std::sync::Mutex::new(Vec::new());
-        field
+        solution
             .moments
             .par_chunks_mut(stride)
             .enumerate()
@@ -48,7 +50,7 @@ pub fn solve(
                 if cancel.load(Ordering::Relaxed) {
                     return Err(Error::Interrupted);
                 }
-                let mut worker = Worker::new(scaled, light, &grid);
+                let mut worker = Worker::new(scaled, problem, &grid);
                 sweep_altitude(&mut worker, &source, a, moments);
                 if a == 0 {
                     if let Ok(mut f) = flux.lock() {
@@ -57,20 +59,19 @@ pub fn solve(
                 }
                 Ok(())
             })?;
-        field.flux = flux.into_inner().unwrap_or_default();
-        field.set_references();
-        Ok(field)
+        solution.flux = flux.into_inner().unwrap_or_default();
+        Ok(Field::new(solution))
     };
     let first = sweep(Source::Sun)?;
     let mut total = first.clone();
-    for _ in 0..resolution.max_orders {
-        let mut next = sweep(Source::Field(&total))?;
-        add(&mut next.moments, &first.moments);
-        add(&mut next.flux, &first.flux);
-        next.set_references();
-        let change = largest_change(&total, &next);
-        total = next;
-        if change < resolution.converged {
+    let most = problem.orders.unwrap_or(resolution.max_orders);
+    for _ in 1..most {
+        let mut next = sweep(Source::Field(&total))?.into_solution();
+        add(&mut next.moments, &first.solution().moments);
+        add(&mut next.flux, &first.solution().flux);
+        let change = largest_change(total.solution(), &next);
+        total = Field::new(next);
+        if problem.orders.is_none() && change < resolution.converged {
             break;
         }
     }
@@ -92,14 +93,15 @@ fn add(to: &mut [f32], from: &[f32]) {
 }
 
 /// Largest relative change of the mean radiance at any node that is not dark.
-fn largest_change(before: &Field, after: &Field) -> f32 {
-    let row = harmonics::count(after.degree) * after.lanes;
+fn largest_change(before: &Solution, after: &Solution) -> f32 {
+    let n = after.lanes();
+    let row = harmonics::count(after.degree) * n;
     let rows = before
         .moments
         .chunks_exact(row)
         .zip(after.moments.chunks_exact(row));
     rows.map(|(b, a)| {
-        let (b, a) = (lanes::sum(&b[..after.lanes]), lanes::sum(&a[..after.lanes]));
+        let (b, a) = (lanes::sum(&b[..n]), lanes::sum(&a[..n]));
         if a > 0.0 {
             (a - b).abs() / a
         } else {
@@ -112,7 +114,9 @@ fn largest_change(before: &Field, after: &Field) -> f32 {
 /// Heights, sun angles and directions.
 struct Grid {
     radius_m: Vec<f64>,
+    /// In radians, and in degrees.
     sun_zenith: Vec<f64>,
+    sun_zenith_deg: Vec<f64>,
     levels: Levels,
     harmonics: Harmonics,
     /// Cosines of the azimuths, and the weight of each (both sides of the sun's plane).
@@ -130,9 +134,11 @@ impl Grid {
             .map(|i| ground + (top - ground) * (i as f64 / (count - 1) as f64).powf(2.2))
             .collect();
         let azimuths = resolution.azimuths;
+        let sun_zenith_deg = sun_angles(sun_zenith_deg, resolution.sun_step_deg);
         Self {
             radius_m,
-            sun_zenith: sun_angles(sun_zenith_deg, resolution.sun_step_deg),
+            sun_zenith: sun_zenith_deg.iter().map(|d| d.to_radians()).collect(),
+            sun_zenith_deg,
             levels: Levels::new(&scaled.medium, resolution.level_m, resolution.level_growth),
             harmonics: Harmonics::new(scaled.degree),
             cos_phi: (0..azimuths)
@@ -143,13 +149,17 @@ impl Grid {
         }
     }
 
-    fn dark(&self, scaled: &Scaled) -> Field {
-        Field::new(
-            self.radius_m.clone(),
-            self.sun_zenith.clone(),
-            scaled.degree,
-            scaled.medium.lanes(),
-        )
+    fn dark(&self, scaled: &Scaled) -> Solution {
+        let n = scaled.medium.lanes();
+        let nodes = self.radius_m.len() * self.sun_zenith.len();
+        Solution {
+            radius_m: self.radius_m.clone(),
+            sun_zenith_deg: self.sun_zenith_deg.clone(),
+            degree: scaled.degree,
+            chosen: scaled.chosen.clone(),
+            moments: vec![0.0; nodes * harmonics::count(scaled.degree) * n],
+            flux: vec![0.0; self.sun_zenith.len() * n],
+        }
     }
 
     /// Cosines of zenith angles and weights at a height: below the horizon and above it.
@@ -169,27 +179,31 @@ impl Grid {
     }
 }
 
-/// Sun zenith angles [rad] over a range [deg]: fine about the terminator, where the light falls fast.
+/// Sun zenith angles [deg] that cover a range: a choice of nodes that are the same for every range, so that an answer does
+/// not depend on which others were asked for with it. Fine about the terminator, where the light falls fast.
 fn sun_angles((from, to): (f64, f64), step_deg: f64) -> Vec<f64> {
-    let mut angles = vec![from.max(0.0)];
-    let mut z = from.max(0.0);
-    while z < to.min(180.0) - 1e-9 {
+    let mut all = vec![0.0];
+    let mut z = 0.0;
+    while z < 180.0 - 1e-9 {
         let step = match z {
             z if z < 70.0 => 6.0 * step_deg,
             z if z < 82.0 => 3.0 * step_deg,
             z if z < 110.0 => step_deg,
             _ => 6.0 * step_deg,
         };
-        z = (z + step).min(to.min(180.0));
-        angles.push(z);
+        z = f64::min(z + step, 180.0);
+        all.push(z);
     }
-    angles.iter().map(|d| d.to_radians()).collect()
+    let first = all.partition_point(|&z| z <= from).saturating_sub(1);
+    let last = all.partition_point(|&z| z < to).min(all.len() - 1);
+    let first = first.min(last - 1);
+    all[first..=last].to_vec()
 }
 
 /// Memory of one thread.
 struct Worker<'a> {
     scaled: &'a Scaled,
-    light: &'a Light,
+    problem: &'a Problem<'a>,
     grid: &'a Grid,
     march: March,
     sunlit: Sunlit,
@@ -204,14 +218,14 @@ struct Worker<'a> {
 }
 
 impl<'a> Worker<'a> {
-    fn new(scaled: &'a Scaled, light: &'a Light, grid: &'a Grid) -> Self {
+    fn new(scaled: &'a Scaled, problem: &'a Problem<'a>, grid: &'a Grid) -> Self {
         let n = scaled.medium.lanes();
         Self {
             scaled,
-            light,
+            problem,
             grid,
             march: March::default(),
-            sunlit: Sunlit::new(&scaled.columns, n, light.sun_radius_rad),
+            sunlit: Sunlit::new(&scaled.columns, n, problem.sun_radius_rad),
             flux: vec![0.0; grid.sun_zenith.len() * n],
             radiance: vec![0.0; n],
             source: vec![0.0; n],
@@ -322,32 +336,28 @@ impl Worker<'_> {
                 }
             }
             let weights = &self.march.weights[k * n..(k + 1) * n];
-            let lit = self.beam.iter().zip(&self.light.irradiance);
-            for (((l, &s), &w), (&t, &e)) in self
+            for (((l, &s), &w), &t) in self
                 .radiance
                 .iter_mut()
                 .zip(&self.source)
                 .zip(weights)
-                .zip(lit)
+                .zip(&self.beam)
             {
-                *l += s * w * t * e;
+                *l += s * w * t;
             }
         }
         if self.march.meets_ground {
             let ground_m = self.grid.radius_m[0];
             let mu_sun = (radius_m * cos_sun + self.march.length_m * cos_theta) / ground_m;
-            if mu_sun > -self.light.sun_radius_rad
+            if mu_sun > -self.problem.sun_radius_rad
                 && self
                     .scaled
                     .sun_transmittance(&mut self.sunlit, ground_m, mu_sun, &mut self.beam)
             {
                 let factor = (mu_sun.max(0.0) / std::f64::consts::PI) as f32;
                 for i in 0..n {
-                    self.radiance[i] += factor
-                        * self.beam[i]
-                        * self.light.irradiance[i]
-                        * self.light.albedo[i]
-                        * self.march.through[i];
+                    self.radiance[i] +=
+                        factor * self.beam[i] * self.problem.albedo[i] * self.march.through[i];
                 }
             }
         }
@@ -386,7 +396,7 @@ impl Worker<'_> {
             self.source.fill(0.0);
             field.add_flux(mu_sun, &mut self.source);
             for i in 0..n {
-                self.radiance[i] += self.source[i] * self.light.albedo[i] * self.march.through[i]
+                self.radiance[i] += self.source[i] * self.problem.albedo[i] * self.march.through[i]
                     / std::f32::consts::PI;
             }
         }

@@ -1,0 +1,380 @@
+//! A solved atmosphere: everything that views of it need, for any sun, view and altitude.
+
+use std::sync::atomic::AtomicBool;
+
+use super::field::{Field, Solution};
+use super::gather::Gatherer;
+use super::harmonics::Harmonics;
+use super::march::Levels;
+use super::scaled::Scaled;
+use super::solve::{self, Problem};
+use super::Accuracy;
+use crate::error::{check_range, Error, Result};
+use crate::film::Film;
+use crate::math::{lanes, Vec3};
+use crate::medium::{Columns, LayeredMedium, Medium};
+use crate::sensor::Sensor;
+use crate::transport::render::{Control, Observer};
+use crate::transport::scene::SunLight;
+
+/// Margin about the sun zenith angles that rays can meet, for light that comes from beyond \[deg\].
+const MARGIN_DEG: f64 = 3.0;
+
+/// What tables are solved for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TablesOptions {
+    /// How fine the grids are.
+    pub accuracy: Accuracy,
+    /// Range of the sun's zenith angles, as seen by the observers \[deg\], 0 to 180.
+    pub sun_zenith_deg: (f64, f64),
+    /// Distance from the planet's centre of the highest observer \[m\].
+    pub highest_observer_m: f64,
+    /// Angular radius of the sun \[deg\], for the twilight of points from which the planet hides part of it.
+    pub sun_angular_radius_deg: f64,
+    /// Orders of scattering and reflection counted, at least 1; `None` for all.
+    pub max_order: Option<u32>,
+}
+
+/// A solved atmosphere over a ground: from one of these comes any picture, whatever the sun's place, its irradiance, the
+/// view and the observer's altitude, as long as the sun's zenith angle is among those solved for.
+///
+/// [`Tables::solution`] holds what took long to compute, as plain arrays; [`Tables::from_solution`] makes the same tables of
+/// them, bit for bit.
+#[derive(Debug, Clone)]
+pub struct Tables {
+    pub(super) medium: LayeredMedium,
+    pub(super) albedo: Vec<f32>,
+    pub(super) few_albedo: Vec<f32>,
+    pub(super) accuracy: Accuracy,
+    /// The medium with forward peaks cut off: at all wavelengths, and at those of the solution.
+    pub(super) fine: Scaled,
+    pub(super) coarse: Scaled,
+    /// None where only first-order light is wanted.
+    pub(super) field: Option<Field>,
+    pub(super) levels: Levels,
+    pub(super) harmonics: Harmonics,
+    /// Columns of the true medium, for the sun's disc.
+    pub(super) true_columns: Columns,
+}
+
+impl Tables {
+    /// Solves for the diffuse light of an atmosphere.
+    ///
+    /// * `albedo` — of the ground, in [0, 1], shape (w,), one per wavelength of the medium
+    ///
+    /// `cancel` set to `true` stops the work within milliseconds.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`], [`Error::ShapeMismatch`], [`Error::Interrupted`].
+    pub fn solve(
+        medium: &LayeredMedium,
+        albedo: &[f64],
+        options: &TablesOptions,
+        cancel: &AtomicBool,
+    ) -> Result<Self> {
+        let (from, to) = options.sun_zenith_deg;
+        check_range("sun zenith angle", from, "deg", 0.0..=180.0)?;
+        check_range("sun zenith angle", to, "deg", from..=180.0)?;
+        let radius_deg = options.sun_angular_radius_deg;
+        check_range("sun angular radius", radius_deg, "deg", 0.0..=45.0)?;
+        let ground_m = medium.ground_radius_m();
+        let highest_m = options.highest_observer_m;
+        check_range(
+            "radius of the highest observer",
+            highest_m,
+            "m",
+            ground_m..=1e15,
+        )?;
+        let resolution = options.accuracy.resolution();
+        let few = choose(medium.wavelength_nm().len(), resolution.wavelengths);
+        let mut tables = Self::unsolved(medium, albedo, options.accuracy, few)?;
+        if options.max_order.is_none_or(|n| n > 1) {
+            let reach = reach_deg(medium, highest_m);
+            let problem = Problem {
+                albedo: &tables.few_albedo,
+                sun_radius_rad: radius_deg.to_radians(),
+                sun_zenith_deg: ((from - reach).max(0.0), (to + reach).min(180.0)),
+                orders: options.max_order.map(|n| n - 1),
+            };
+            tables.field = Some(solve::solve(&tables.coarse, &problem, &resolution, cancel)?);
+        }
+        Ok(tables)
+    }
+
+    /// Tables of a solution found earlier for the same medium, albedo and accuracy.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`], [`Error::ShapeMismatch`] for a solution that cannot belong to this medium.
+    pub fn from_solution(
+        medium: &LayeredMedium,
+        albedo: &[f64],
+        accuracy: Accuracy,
+        solution: Solution,
+    ) -> Result<Self> {
+        solution.check(medium.wavelength_nm().len())?;
+        if solution.degree != accuracy.resolution().degree {
+            return Err(Error::invalid(
+                format!("a solution of degree {}", solution.degree),
+                "give the accuracy it was solved with",
+            ));
+        }
+        let mut tables = Self::unsolved(medium, albedo, accuracy, solution.chosen.clone())?;
+        tables.field = Some(Field::new(solution));
+        Ok(tables)
+    }
+
+    /// All that does not take solving.
+    fn unsolved(
+        medium: &LayeredMedium,
+        albedo: &[f64],
+        accuracy: Accuracy,
+        few: Vec<usize>,
+    ) -> Result<Self> {
+        let w = medium.wavelength_nm().len();
+        if albedo.len() != w {
+            return Err(Error::ShapeMismatch {
+                name: "albedo".into(),
+                got: format!("({},)", albedo.len()),
+                expected: format!("({w},), one value per wavelength"),
+            });
+        }
+        for &a in albedo {
+            check_range("albedo", a, "", 0.0..=1.0)?;
+        }
+        let resolution = accuracy.resolution();
+        Ok(Self {
+            albedo: lanes::row_from(w, |i| albedo[i]),
+            few_albedo: lanes::row_from(few.len(), |i| albedo[few[i]]),
+            accuracy,
+            fine: Scaled::new(medium, resolution.degree, (0..w).collect()),
+            coarse: Scaled::new(medium, resolution.degree, few),
+            field: None,
+            levels: Levels::new(
+                medium,
+                resolution.view_level_m,
+                resolution.view_level_growth,
+            ),
+            harmonics: Harmonics::new(resolution.degree),
+            true_columns: Columns::new(medium),
+            medium: medium.clone(),
+        })
+    }
+
+    /// The air these tables are for.
+    pub fn medium(&self) -> &LayeredMedium {
+        &self.medium
+    }
+
+    /// Albedo of the ground \[1\], shape (w,).
+    pub fn albedo(&self) -> Vec<f64> {
+        let w = self.medium.wavelength_nm().len();
+        self.albedo[..w].iter().map(|&a| f64::from(a)).collect()
+    }
+
+    /// How fine the grids are.
+    pub fn accuracy(&self) -> Accuracy {
+        self.accuracy
+    }
+
+    /// What was solved; `None` for tables of first-order light only.
+    pub fn solution(&self) -> Option<&Solution> {
+        self.field.as_ref().map(Field::solution)
+    }
+
+    /// Spectral radiance at every pixel of a sensor \[W m⁻² sr⁻¹ nm⁻¹\].
+    ///
+    /// `control.budget.max_order` of 0 leaves the sun's disc alone, 1 single scattering; any other number is that of the
+    /// tables.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] for a sun that was not solved for; [`Error::ShapeMismatch`] for another number of
+    /// wavelengths; [`Error::TooLarge`], [`Error::Interrupted`].
+    pub fn render(
+        &self,
+        sun: &SunLight,
+        observer: &Observer,
+        sensor: &dyn Sensor,
+        control: &Control<'_>,
+    ) -> Result<Film> {
+        self.check_view(sun, observer.radius_m)?;
+        Gatherer::new(self, sun, control.budget.max_order).render(observer, sensor, control)
+    }
+
+    /// Spectral radiance of the sky in many directions, without the sun's disc.
+    ///
+    /// * `observer_m` — distance of the observer from the planet's centre \[m\]
+    /// * `directions` — where it looks, unit vectors in the frame of the sun's direction: x east, y north, z up
+    ///
+    /// Returns radiances \[W m⁻² sr⁻¹ nm⁻¹\], shape (direction, w).
+    ///
+    /// # Errors
+    /// As [`Tables::render`].
+    pub fn radiance(
+        &self,
+        sun: &SunLight,
+        observer_m: f64,
+        directions: &[Vec3],
+    ) -> Result<Vec<f32>> {
+        self.check_view(sun, observer_m)?;
+        Ok(Gatherer::new(self, sun, None).radiance(observer_m, directions))
+    }
+
+    /// Refuses what was not solved for.
+    fn check_view(&self, sun: &SunLight, observer_m: f64) -> Result<()> {
+        let w = self.medium.wavelength_nm().len();
+        if sun.irradiance.len() != self.medium.lanes() {
+            return Err(Error::ShapeMismatch {
+                name: "sun irradiance".into(),
+                got: "another number of wavelengths".into(),
+                expected: format!("{w} wavelengths, those of the tables"),
+            });
+        }
+        check_range(
+            "observer's distance from the planet's centre",
+            observer_m,
+            "m",
+            self.medium.ground_radius_m()..=1e15,
+        )?;
+        let Some(field) = &self.field else {
+            return Ok(());
+        };
+        let nodes = &field.solution().sun_zenith_deg;
+        let (first, last) = (nodes[0], nodes[nodes.len() - 1]);
+        let reach = reach_deg(&self.medium, observer_m) - MARGIN_DEG;
+        let zenith = sun.direction.z.clamp(-1.0, 1.0).acos().to_degrees();
+        let least = if first <= 0.0 { 0.0 } else { first + reach };
+        let most = if last >= 180.0 { 180.0 } else { last - reach };
+        if (least - 1e-9..=most + 1e-9).contains(&zenith) {
+            return Ok(());
+        }
+        Err(Error::OutOfRange {
+            name: "sun zenith angle".into(),
+            value: zenith,
+            unit: "deg",
+            range: format!("[{least:.1}, {most:.1}]"),
+            hint: "these tables were not solved for this sun at this altitude".into(),
+        })
+    }
+}
+
+/// How far from the observer's own the sun's zenith angle can be where a ray passes \[deg\]: from the observer down to the
+/// horizon and up again to the top of the air; and a margin.
+fn reach_deg(medium: &LayeredMedium, observer_m: f64) -> f64 {
+    let ground = medium.ground_radius_m();
+    let to_horizon = |r: f64| (ground / r).min(1.0).acos().to_degrees();
+    to_horizon(observer_m) + to_horizon(medium.top_radius_m()) + MARGIN_DEG
+}
+
+/// Indices of at most `most` of `w` wavelengths, evenly spread, with the first and the last.
+fn choose(w: usize, most: usize) -> Vec<usize> {
+    if w <= most {
+        return (0..w).collect();
+    }
+    (0..most)
+        .map(|i| (i as f64 * (w - 1) as f64 / (most - 1) as f64).round() as usize)
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::optics::Phase;
+
+    fn medium() -> LayeredMedium {
+        let z: Vec<f64> = (0..=40).map(|i| 62.5 * f64::from(i * i)).collect();
+        let mut m = LayeredMedium::new(&z, &[450.0, 550.0, 650.0], 6_360_000.0).unwrap();
+        let rows = |sigma: [f64; 3], scale_m: f64| -> Vec<f64> {
+            z.iter()
+                .flat_map(|z| sigma.map(|s| s * (-z / scale_m).exp()))
+                .collect()
+        };
+        let none = rows([0.0; 3], 1.0);
+        let air = Phase::rayleigh(&[0.03; 3]).unwrap();
+        m.add(&rows([2.7e-5, 1.2e-5, 6e-6], 8000.0), &none, air)
+            .unwrap();
+        let haze = Phase::henyey_greenstein(&[0.75, 0.72, 0.7]).unwrap();
+        m.add(&rows([2e-4, 1.6e-4, 1.3e-4], 1500.0), &none, haze)
+            .unwrap();
+        m
+    }
+
+    fn options(m: &LayeredMedium, zenith_deg: (f64, f64)) -> TablesOptions {
+        TablesOptions {
+            accuracy: Accuracy::Preview,
+            sun_zenith_deg: zenith_deg,
+            highest_observer_m: m.ground_radius_m(),
+            sun_angular_radius_deg: 0.2666,
+            max_order: None,
+        }
+    }
+
+    fn sun(elevation_deg: f64, radius_deg: f64) -> SunLight {
+        let towards = Vec3::from_azimuth_elevation_deg(120.0, elevation_deg);
+        SunLight::new(
+            towards,
+            &[450.0, 550.0, 650.0],
+            &[2.0, 1.8, 1.6],
+            radius_deg,
+        )
+        .unwrap()
+    }
+
+    /// Rationale: baked tables stand for the solver. Expected: tables made of the arrays answer with the same bits; arrays
+    /// that are cut short, out of order or of another degree are refused.
+    #[test]
+    fn tables_come_back_from_their_arrays() {
+        let m = medium();
+        let albedo = [0.2; 3];
+        let run = AtomicBool::new(false);
+        let tables = Tables::solve(&m, &albedo, &options(&m, (60.0, 61.0)), &run).unwrap();
+        let solution = tables.solution().unwrap().clone();
+        let again =
+            Tables::from_solution(&m, &albedo, Accuracy::Preview, solution.clone()).unwrap();
+        let looks = [
+            Vec3::from_azimuth_elevation_deg(40.0, 25.0),
+            Vec3::new(0.0, 0.0, 1.0),
+        ];
+        let (sun, r) = (sun(29.5, 0.27), m.ground_radius_m());
+        let seen = tables.radiance(&sun, r, &looks).unwrap();
+        assert_eq!(seen, again.radiance(&sun, r, &looks).unwrap());
+        assert!(seen.iter().all(|&l| l > 0.0));
+
+        let refuse = |change: &dyn Fn(&mut Solution)| {
+            let mut bad = solution.clone();
+            change(&mut bad);
+            assert!(Tables::from_solution(&m, &albedo, Accuracy::Preview, bad).is_err());
+        };
+        refuse(&|s| s.moments.truncate(10));
+        refuse(&|s| s.flux[0] = f32::NAN);
+        refuse(&|s| s.chosen[0] = 7);
+        refuse(&|s| s.sun_zenith_deg.swap(0, 1));
+        refuse(&|s| s.degree = 1_000_000_000);
+        let high = Tables::from_solution(&m, &albedo, Accuracy::High, solution.clone());
+        assert!(high.is_err());
+    }
+
+    /// Rationale: nodes stand at fixed sun angles, so the sky does not depend on which suns were solved together.
+    /// Expected: tables of one sun and of a wide range agree in the first four orders, whose number does not depend on the
+    /// slowest node's convergence; suns beyond are refused.
+    #[test]
+    fn one_sun_or_many() {
+        let m = medium();
+        let run = AtomicBool::new(false);
+        let solve = |zenith| {
+            let mut options = options(&m, zenith);
+            options.max_order = Some(4);
+            Tables::solve(&m, &[0.2; 3], &options, &run).unwrap()
+        };
+        let (one, many) = (solve((60.0, 60.0)), solve((30.0, 92.0)));
+        let looks = [Vec3::from_azimuth_elevation_deg(40.0, 25.0)];
+        let r = m.ground_radius_m();
+        let a = one.radiance(&sun(30.0, 0.27), r, &looks).unwrap();
+        let b = many.radiance(&sun(30.0, 0.27), r, &looks).unwrap();
+        for (a, b) in a.iter().zip(&b) {
+            assert!((a / b - 1.0).abs() < 1e-3, "{a} {b}");
+        }
+        assert!(one.radiance(&sun(45.0, 0.27), r, &looks).is_err());
+        assert!(many.radiance(&sun(-10.0, 0.27), r, &looks).is_err());
+        assert!(many.radiance(&sun(30.0, 0.27), r - 5.0, &looks).is_err());
+    }
+}
