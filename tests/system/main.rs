@@ -4,6 +4,7 @@
 mod support;
 
 mod energy;
+mod polarisation;
 mod reproducibility;
 mod scenes;
 mod shells;

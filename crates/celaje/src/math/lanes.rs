@@ -64,6 +64,16 @@ pub fn scale(a: &mut [f32], s: f32) {
     }
 }
 
+/// `out += a·s`.
+#[inline(always)]
+pub fn add_scaled(a: &[f32], s: f32, out: &mut [f32]) {
+    let n = out.len();
+    let a = &a[..n];
+    for i in 0..n {
+        out[i] += a[i] * s;
+    }
+}
+
 /// `out = a + t (b − a)`.
 #[inline(always)]
 pub fn lerp(a: &[f32], b: &[f32], t: f32, out: &mut [f32]) {

@@ -7,7 +7,7 @@ use crate::optics::bands::{oxygen_pairs, BandAbsorption, OXYGEN_SHARE};
 use crate::optics::no2::No2Absorption;
 use crate::optics::ozone::OzoneAbsorption;
 use crate::optics::rayleigh::Rayleigh;
-use crate::optics::{AerosolOptics, LayerOptics, Phase};
+use crate::optics::{AerosolOptics, LayerOptics, Phase, ScatteringMatrix};
 use crate::spectrum::WavelengthGrid;
 
 /// Half the height over which an aerosol layer's edge is drawn \[m\].
@@ -122,15 +122,19 @@ fn add_aerosol_layer(
         .zip(&layer.xs_sca)
         .map(|(e, s)| (e - s).max(0.0))
         .collect();
-    let phase: Vec<f64> = layer
-        .matrix
-        .iter()
-        .flat_map(|m| m.f11.iter().copied())
-        .collect();
+    let element = |of: fn(&ScatteringMatrix) -> &Vec<f64>| -> Vec<f64> {
+        layer.matrix.iter().flat_map(of).copied().collect()
+    };
     medium.add(
         &outer(&density, &layer.xs_sca),
         &outer(&density, &xs_abs),
-        Phase::table(aerosol.angles.theta_deg(), &phase)?,
+        Phase::spheres(
+            aerosol.angles.theta_deg(),
+            &element(|m| &m.f11),
+            &element(|m| &m.f12),
+            &element(|m| &m.f33),
+            &element(|m| &m.f34),
+        )?,
     )
 }
 

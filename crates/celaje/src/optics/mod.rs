@@ -12,6 +12,7 @@ mod angles;
 mod lognormal;
 mod mie;
 mod mie_kernel;
+mod mueller;
 pub mod tables;
 
 pub use aerosol::{
@@ -23,3 +24,4 @@ pub use lognormal::{
     particle_optics, particle_optics_with, ParticleOptics, Quadrature, ScatteringMatrix,
 };
 pub use mie::{mie, MieSphere};
+pub(crate) use mueller::MuellerRows;

@@ -9,14 +9,16 @@ use crate::math::{interp, lanes};
 
 /// How one species scatters, at each wavelength of a medium.
 #[derive(Debug, Clone)]
-pub struct Phase(Kind);
+pub struct Phase(pub(super) Kind);
 
 #[derive(Debug, Clone)]
-enum Kind {
+pub(super) enum Kind {
     /// `p = constant + square · cos²θ` (Chandrasekhar's form with anisotropy).
     Rayleigh {
         constant: Vec<f32>,
         square: Vec<f32>,
+        /// What F44 has in the place of `square`: depolarisation takes more of circular polarisation.
+        circular: Vec<f32>,
     },
     /// Henyey & Greenstein 1941, asymmetry per wavelength.
     HenyeyGreenstein {
@@ -27,14 +29,16 @@ enum Kind {
 
 /// A phase function tabulated over angle, linear in cos θ between its nodes.
 #[derive(Debug, Clone)]
-struct Table {
+pub(super) struct Table {
     /// Nodes, from −1 to 1, strictly increasing, shape (t,).
     cos_theta: Vec<f64>,
     /// Values \[sr⁻¹\], shape (t, lanes).
-    p: Vec<f32>,
+    pub(super) p: Vec<f32>,
+    /// F12, F33 and F34 of spheres \[sr⁻¹\], shape (t, 3, lanes); empty where polarisation is not known.
+    pub(super) polarisation: Vec<f32>,
     /// Probability of cos θ below each node, shape (wavelength, t).
     cdf: Vec<f64>,
-    lanes: usize,
+    pub(super) lanes: usize,
 }
 
 impl Phase {
@@ -46,7 +50,8 @@ impl Phase {
     /// [`Error::OutOfRange`].
     ///
     /// # Source
-    /// Chandrasekhar 1950, Radiative Transfer; Bucholtz 1995, doi:10.1364/AO.34.002765, eq. 12.
+    /// Chandrasekhar 1950, Radiative Transfer; Bucholtz 1995, doi:10.1364/AO.34.002765, eq. 12. Polarisation: Hansen & Travis
+    /// 1974, doi:10.1007/BF00168069, eq. 2.15.
     pub fn rayleigh(depolarisation: &[f64]) -> Result<Self> {
         let n = depolarisation.len();
         for &rho in depolarisation {
@@ -54,13 +59,17 @@ impl Phase {
         }
         let gamma = |i: usize| depolarisation[i] / (2.0 - depolarisation[i]);
         let norm = |i| 3.0 / (16.0 * PI * (1.0 + 2.0 * gamma(i)));
+        let square = |i| norm(i) * (1.0 - gamma(i));
+        let circular = |i: usize| (1.0 - 2.0 * depolarisation[i]) / (1.0 - depolarisation[i]);
         Ok(Self(Kind::Rayleigh {
             constant: lanes::row_from(n, |i| norm(i) * (1.0 + 3.0 * gamma(i))),
-            square: lanes::row_from(n, |i| norm(i) * (1.0 - gamma(i))),
+            square: lanes::row_from(n, square),
+            circular: lanes::row_from(n, |i| square(i) * circular(i)),
         }))
     }
 
-    /// Henyey–Greenstein with asymmetry `g` per wavelength \[1\], inside (−1, 1).
+    /// Henyey–Greenstein with asymmetry `g` per wavelength \[1\], inside (−1, 1). How it polarises is not known: what it
+    /// scatters leaves unpolarised.
     ///
     /// # Errors
     /// [`Error::OutOfRange`] beyond ±0.9999.
@@ -83,50 +92,40 @@ impl Phase {
     /// * `p` — \[sr⁻¹\], ≥ 0, shape (w, t), row by wavelength. Its integral over the sphere must be 1 within 2 %; what
     ///   remains (a coarse angle grid, rounding) is divided out, so that the table conserves energy exactly.
     ///
+    /// How such matter polarises is not known: what it scatters leaves unpolarised. [`Phase::spheres`] knows.
+    ///
     /// # Errors
     /// [`Error::Invalid`], [`Error::OutOfRange`], [`Error::ShapeMismatch`].
     pub fn table(theta_deg: &[f64], p: &[f64]) -> Result<Self> {
-        let t = theta_deg.len();
-        if t < 2 || theta_deg[0] != 0.0 || theta_deg[t - 1] != 180.0 {
-            return Err(Error::invalid(
-                "the angles of a phase table must run from 0 to 180 deg",
-                "give theta_deg = 0, …, 180, strictly increasing",
-            ));
-        }
-        let wrong = |w: &&[f64]| w[1] <= w[0] || w[1].is_nan();
-        if let Some(w) = theta_deg.windows(2).find(wrong) {
-            return Err(Error::invalid(
-                format!(
-                    "the angles of a phase table must increase: {} deg is followed by {} deg",
-                    w[0], w[1]
-                ),
-                "sort them and drop repeated ones",
-            ));
-        }
-        if p.is_empty() || p.len() % t != 0 {
-            return Err(Error::ShapeMismatch {
-                name: "phase table p".into(),
-                got: format!("({},)", p.len()),
-                expected: format!("(wavelength, {t})"),
-            });
-        }
-        let n = p.len() / t;
-        let lanes = lanes::padded(n);
-        // Nodes in rising cos θ: the last angle first.
-        let cos_theta: Vec<f64> = theta_deg
-            .iter()
-            .rev()
-            .map(|&d| if d == 90.0 { 0.0 } else { d.to_radians().cos() })
-            .collect();
-        let mut table = Table {
-            cos_theta,
-            p: vec![0.0; t * lanes],
-            cdf: Vec::with_capacity(n * t),
-            lanes,
-        };
-        for (lane, row) in p.chunks_exact(t).enumerate() {
-            table.fill(lane, row)?;
-        }
+        Ok(Self(Kind::Table(Table::new(theta_deg, p)?.0)))
+    }
+
+    /// The scattering matrix of spheres over scattering angle, linear in cos θ between its nodes:
+    ///
+    /// ```text
+    /// F11  F12   0     0        acting on (I, Q, U, V) in the scattering plane: Q > 0 along it,
+    /// F12  F11   0     0        conventions as in the module `film`
+    ///  0    0   F33  −F34
+    ///  0    0   F34   F33
+    /// ```
+    ///
+    /// # Arguments
+    /// * `theta_deg`, `p` — as [`Phase::table`]; `p` is F11
+    /// * `p12`, `p33`, `p34` — F12, F33, F34 \[sr⁻¹\] with the signs of Bohren & Huffman 1983 (F12 < 0 where light polarised
+    ///   across the scattering plane prevails; F34 = Im(S2 S1*)), shape of `p`. Their squares may not sum to more than that
+    ///   of F11, within 1 %.
+    ///
+    /// # Errors
+    /// As [`Phase::table`].
+    pub fn spheres(
+        theta_deg: &[f64],
+        p: &[f64],
+        p12: &[f64],
+        p33: &[f64],
+        p34: &[f64],
+    ) -> Result<Self> {
+        let (mut table, totals) = Table::new(theta_deg, p)?;
+        table.polarise(&totals, p, [p12, p33, p34])?;
         Ok(Self(Kind::Table(table)))
     }
 
@@ -175,7 +174,9 @@ impl Phase {
     pub fn eval(&self, cos_theta: f64, out: &mut [f32]) {
         let n = out.len();
         match &self.0 {
-            Kind::Rayleigh { constant, square } => {
+            Kind::Rayleigh {
+                constant, square, ..
+            } => {
                 let c2 = (cos_theta * cos_theta) as f32;
                 let (a, b) = (&constant[..n], &square[..n]);
                 for i in 0..n {
@@ -202,9 +203,9 @@ impl Phase {
     /// `p(cos θ)` at one wavelength \[sr⁻¹\].
     pub fn eval_at(&self, lane: usize, cos_theta: f64) -> f64 {
         match &self.0 {
-            Kind::Rayleigh { constant, square } => {
-                f64::from(constant[lane]) + f64::from(square[lane]) * cos_theta * cos_theta
-            }
+            Kind::Rayleigh {
+                constant, square, ..
+            } => f64::from(constant[lane]) + f64::from(square[lane]) * cos_theta * cos_theta,
             Kind::HenyeyGreenstein { g } => {
                 let g = f64::from(g[lane]);
                 let x = (1.0 - g) * (1.0 - g) + 2.0 * g * (1.0 - cos_theta);
@@ -244,9 +245,9 @@ impl Phase {
     #[inline(always)]
     pub fn sample(&self, lane: usize, u: f64) -> f64 {
         match &self.0 {
-            Kind::Rayleigh { constant, square } => {
-                sample_rayleigh(f64::from(constant[lane]), f64::from(square[lane]), u)
-            }
+            Kind::Rayleigh {
+                constant, square, ..
+            } => sample_rayleigh(f64::from(constant[lane]), f64::from(square[lane]), u),
             Kind::HenyeyGreenstein { g } => sample_henyey_greenstein(f64::from(g[lane]), u),
             Kind::Table(t) => t.sample(lane, u),
         }
@@ -254,8 +255,100 @@ impl Phase {
 }
 
 impl Table {
-    /// Enters one wavelength's values, given in rising angle, normalised; appends its distribution.
-    fn fill(&mut self, lane: usize, by_angle: &[f64]) -> Result<()> {
+    /// The table of [`Phase::table`], and the integral of each wavelength as given.
+    fn new(theta_deg: &[f64], p: &[f64]) -> Result<(Self, Vec<f64>)> {
+        let t = theta_deg.len();
+        if t < 2 || theta_deg[0] != 0.0 || theta_deg[t - 1] != 180.0 {
+            return Err(Error::invalid(
+                "the angles of a phase table must run from 0 to 180 deg",
+                "give theta_deg = 0, …, 180, strictly increasing",
+            ));
+        }
+        let wrong = |w: &&[f64]| w[1] <= w[0] || w[1].is_nan();
+        if let Some(w) = theta_deg.windows(2).find(wrong) {
+            return Err(Error::invalid(
+                format!(
+                    "the angles of a phase table must increase: {} deg is followed by {} deg",
+                    w[0], w[1]
+                ),
+                "sort them and drop repeated ones",
+            ));
+        }
+        if p.is_empty() || p.len() % t != 0 {
+            return Err(Error::ShapeMismatch {
+                name: "phase table p".into(),
+                got: format!("({},)", p.len()),
+                expected: format!("(wavelength, {t})"),
+            });
+        }
+        let n = p.len() / t;
+        let lanes = lanes::padded(n);
+        // Nodes in rising cos θ: the last angle first.
+        let cos_theta: Vec<f64> = theta_deg
+            .iter()
+            .rev()
+            .map(|&d| if d == 90.0 { 0.0 } else { d.to_radians().cos() })
+            .collect();
+        let mut table = Self {
+            cos_theta,
+            p: vec![0.0; t * lanes],
+            polarisation: Vec::new(),
+            cdf: Vec::with_capacity(n * t),
+            lanes,
+        };
+        let mut totals = Vec::with_capacity(n);
+        for (lane, row) in p.chunks_exact(t).enumerate() {
+            totals.push(table.fill(lane, row)?);
+        }
+        Ok((table, totals))
+    }
+
+    /// Enters the other elements of spheres; `totals` and `p` are those of [`Table::new`].
+    fn polarise(&mut self, totals: &[f64], p: &[f64], others: [&[f64]; 3]) -> Result<()> {
+        let (t, lanes) = (self.cos_theta.len(), self.lanes);
+        for (name, element) in ["p12", "p33", "p34"].iter().zip(others) {
+            if element.len() != p.len() {
+                return Err(Error::ShapeMismatch {
+                    name: format!("phase table {name}"),
+                    got: format!("({},)", element.len()),
+                    expected: format!("(wavelength, angle) = ({}, {t}), that of p", totals.len()),
+                });
+            }
+        }
+        self.polarisation = vec![0.0; 3 * t * lanes];
+        for (lane, total) in totals.iter().enumerate() {
+            for angle in 0..t {
+                let at = lane * t + angle;
+                let squares: f64 = others.iter().map(|e| e[at] * e[at]).sum();
+                let allowed = p[at] * p[at];
+                // Asked this way round, a value that is not a number is refused too.
+                let possible = squares <= 1.02 * allowed;
+                if !possible {
+                    return Err(Error::invalid(
+                        format!(
+                            "p12² + p33² + p34² = {squares} exceeds p² = {allowed} sr^-2 at scattering angle {} of wavelength {}",
+                            angle + 1,
+                            lane + 1
+                        ),
+                        "give all elements per steradian, divided by the same number",
+                    ));
+                }
+                let excess = if squares > allowed {
+                    (allowed / squares).sqrt()
+                } else {
+                    1.0
+                };
+                for (k, element) in others.iter().enumerate() {
+                    let node = (t - 1 - angle) * 3 + k;
+                    self.polarisation[node * lanes + lane] = (element[at] * excess / total) as f32;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Enters one wavelength's values, given in rising angle, normalised; appends its distribution. Returns their integral.
+    fn fill(&mut self, lane: usize, by_angle: &[f64]) -> Result<f64> {
         for &v in by_angle {
             check_range("phase function", v, "sr^-1", 0.0..=1e12)?;
         }
@@ -276,7 +369,7 @@ impl Table {
             self.p[i * self.lanes + lane] = (v / total) as f32;
         }
         self.cdf.extend(cdf.iter().map(|c| c / total));
-        Ok(())
+        Ok(total)
     }
 
     /// Four-point Gauss quadrature in each interval: the table is linear there, so this is exact to degree 6 and good to
@@ -307,7 +400,7 @@ impl Table {
     }
 
     #[inline(always)]
-    fn locate(&self, cos_theta: f64) -> (usize, f64) {
+    pub(super) fn locate(&self, cos_theta: f64) -> (usize, f64) {
         let i = interp::interval(&self.cos_theta, cos_theta);
         let (a, b) = (self.cos_theta[i], self.cos_theta[i + 1]);
         (i, ((cos_theta - a) / (b - a)).clamp(0.0, 1.0))

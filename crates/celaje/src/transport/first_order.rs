@@ -2,6 +2,7 @@
 
 use super::path::Rows;
 use super::scene::Scene;
+use super::stokes::add_first_order;
 use crate::math::{lanes, Sampler, Vec3};
 use crate::medium::{Columns, LayeredMedium, Medium, Ray, RayColumns, RayGeometry};
 
@@ -28,6 +29,7 @@ pub(super) struct FirstOrder {
     phase: Vec<f32>,
     sigma_s: Vec<f32>,
     light: Vec<f32>,
+    polarised: Option<Polarised>,
     limb: Vec<f32>,
     wavelengths: usize,
 }
@@ -97,6 +99,13 @@ impl Stretch {
     }
 }
 
+/// The same with F12 in the place of the phase function: Q in the scattering plane.
+struct Polarised {
+    phase: Vec<f32>,
+    light: Vec<f32>,
+    sum: Vec<f32>,
+}
+
 impl FirstOrder {
     pub fn new(medium: &LayeredMedium) -> Self {
         let lanes = medium.lanes();
@@ -107,9 +116,19 @@ impl FirstOrder {
             phase: vec![0.0; lanes * medium.phases().len()],
             sigma_s: vec![0.0; lanes],
             light: vec![0.0; lanes],
+            polarised: None,
             limb: vec![0.0; lanes],
             wavelengths: medium.wavelength_nm().len(),
         }
+    }
+
+    /// Adds Q and U to estimates from now on.
+    pub fn polarise(&mut self) {
+        self.polarised = Some(Polarised {
+            phase: vec![0.0; self.phase.len()],
+            light: vec![0.0; self.light.len()],
+            sum: vec![0.0; self.light.len()],
+        });
     }
 
     /// The first look along a pixel's central ray: fills the guess and the distribution.
@@ -236,6 +255,9 @@ impl FirstOrder {
         self.limb.copy_from_slice(&scene.sun.irradiance);
         scene.sun.limb(mu_squared, &mut self.limb);
         self.evaluate_phases(scene, stretch.ray.direction.dot(towards));
+        if let Some(p) = &mut self.polarised {
+            p.sum.fill(0.0);
+        }
         for point in 0..POINTS {
             let u = (point as f64 + jitter) / POINTS as f64;
             let (x, density) = self.draw(u as f32);
@@ -253,6 +275,12 @@ impl FirstOrder {
             for (o, &l) in out.iter_mut().zip(&self.light) {
                 *o += factor * l;
             }
+            if let Some(p) = &mut self.polarised {
+                lanes::add_scaled(&p.light, factor, &mut p.sum);
+            }
+        }
+        if let Some(p) = &self.polarised {
+            add_first_order(stretch.ray.direction, towards, &p.sum, out);
         }
         if stretch.meets_ground {
             self.light.fill(0.0);
@@ -281,6 +309,13 @@ impl FirstOrder {
         for (row, phase) in self.phase.chunks_exact_mut(n).zip(scene.medium.phases()) {
             phase.eval(cos_theta, row);
         }
+        if let Some(p) = &mut self.polarised {
+            p.phase.fill(0.0);
+            self.light.fill(1.0);
+            for (row, phase) in p.phase.chunks_exact_mut(n).zip(scene.medium.phases()) {
+                phase.add_f12(cos_theta, &self.light, row);
+            }
+        }
     }
 
     /// `light += T(view) Σ_k σ_s,k p_k T(sun) E` at a distance.
@@ -296,6 +331,9 @@ impl FirstOrder {
     ) {
         let medium = scene.medium;
         let at = stretch.ray.at(distance_m);
+        if let Some(p) = &mut self.polarised {
+            p.light.fill(0.0);
+        }
         if !sun_columns(
             columns,
             medium,
@@ -317,6 +355,18 @@ impl FirstOrder {
             medium.species_scattering(k, at, &mut self.sigma_s);
             for ((l, &s), &p) in self.light.iter_mut().zip(&self.sigma_s).zip(p) {
                 *l += s * p;
+            }
+            if let Some(p) = &mut self.polarised {
+                for ((l, &s), &f12) in p.light.iter_mut().zip(&self.sigma_s).zip(&p.phase[k * n..])
+                {
+                    *l += s * f12;
+                }
+            }
+        }
+        if let Some(p) = &mut self.polarised {
+            let sunlight = rows.transmittance.iter().zip(&self.limb);
+            for (l, (&t, &e)) in p.light.iter_mut().zip(sunlight) {
+                *l *= t * e;
             }
         }
         for ((l, &t), &e) in self

@@ -3,6 +3,7 @@
 //! | integrator | medium | how |
 //! |---|---|---|
 //! | [`Path`] | concentric shells | the reference: every collision forced, transmittances from tables of columns |
+//! | [`PolarisedPath`] | concentric shells | the same paths with all four Stokes components |
 //! | [`Tracker`] | any | plain delta and ratio tracking, all wavelengths on one path: the oracle of [`Path`] |
 //! | [`Classic`] | any | textbook, one wavelength at a time: the oracle of both, and the yardstick of the benchmarks |
 
@@ -12,12 +13,13 @@ mod path;
 mod render;
 mod scene;
 mod shells;
+mod stokes;
 mod tracker;
 mod tracking;
 mod weights;
 
 pub use classic::Classic;
-pub use path::Path;
+pub use path::{Path, PolarisedPath};
 pub use render::{Budget, Control, Observer};
 pub use scene::{Scene, SunLight};
 pub use shells::{Accuracy, Shells, Solution, Tables, TablesOptions};

@@ -17,6 +17,7 @@ use multiversion::multiversion;
 use super::first_order::{sun_columns, FirstOrder};
 use super::render::{monte_carlo, Control, Estimator, Observer, Sampling};
 use super::scene::Scene;
+use super::stokes::{Stokes, COMPONENTS};
 use super::weights::Weights;
 use super::Integrator;
 use crate::error::Result;
@@ -45,6 +46,32 @@ impl Integrator<LayeredMedium> for Path {
             control,
             Sampling::Replicated,
             || Walker::new(scene, &columns, control.budget.max_order),
+        )
+    }
+}
+
+/// [`Path`] with polarisation: Stokes components I, Q, U, V by scattering matrices along the same paths.
+///
+/// Light scattered twice or more was polarised on the way: the radiance itself differs from that of scalar transport.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct PolarisedPath;
+
+impl Integrator<LayeredMedium> for PolarisedPath {
+    fn render(
+        &self,
+        scene: &Scene<'_, LayeredMedium>,
+        observer: &Observer,
+        sensor: &dyn Sensor,
+        control: &Control<'_>,
+    ) -> Result<Film> {
+        let columns = Columns::new(scene.medium);
+        monte_carlo(
+            scene.medium,
+            observer,
+            sensor,
+            control,
+            Sampling::Replicated,
+            || PolarisedWalker(Walker::new(scene, &columns, control.budget.max_order).polarised()),
         )
     }
 }
@@ -104,6 +131,8 @@ struct Walker<'a> {
     lost: Vec<f32>,
     /// What the path finds, still in units of `first.guess`.
     found: Vec<f32>,
+    /// What becomes of polarisation, if anyone wants to know.
+    stokes: Option<Stokes>,
 }
 
 impl Estimator for Walker<'_> {
@@ -113,6 +142,21 @@ impl Estimator for Walker<'_> {
 
     fn add_estimate(&mut self, ray: &Ray, sun_disc: bool, sampler: &mut Sampler, out: &mut [f32]) {
         add_estimate(self, ray, sun_disc, sampler, out);
+    }
+}
+
+/// A walker of all four Stokes components.
+struct PolarisedWalker<'a>(Walker<'a>);
+
+impl Estimator for PolarisedWalker<'_> {
+    const COMPONENTS: usize = COMPONENTS;
+
+    fn prepare(&mut self, centre: Option<&Ray>) {
+        prepare(&mut self.0, centre);
+    }
+
+    fn add_estimate(&mut self, ray: &Ray, sun_disc: bool, sampler: &mut Sampler, out: &mut [f32]) {
+        add_estimate(&mut self.0, ray, sun_disc, sampler, out);
     }
 }
 
@@ -160,7 +204,15 @@ impl<'a> Walker<'a> {
             first_mass: 0.0,
             lost: vec![0.0; lanes],
             found: vec![0.0; lanes],
+            stokes: None,
         }
+    }
+
+    /// The same, with polarisation.
+    fn polarised(mut self) -> Self {
+        self.stokes = Some(Stokes::new(self.scene.medium));
+        self.first.polarise();
+        self
     }
 
     /// Adds one unbiased estimate of the radiance arriving along a ray, at every wavelength.
@@ -187,6 +239,9 @@ impl<'a> Walker<'a> {
         }
         self.first_mass = 0.0;
         self.found.fill(0.0);
+        if let Some(stokes) = &mut self.stokes {
+            stokes.start(ray.direction);
+        }
         let mut ray = *ray;
         for order in 1..=self.max_order.min(MAX_VERTICES) {
             match self.collide(&ray, order, sampler) {
@@ -196,6 +251,9 @@ impl<'a> Walker<'a> {
         }
         for ((o, &f), &guess) in out.iter_mut().zip(&self.found).zip(&self.first.guess) {
             *o += f * guess;
+        }
+        if let Some(stokes) = &self.stokes {
+            stokes.add_found(&self.first.guess, out);
         }
     }
 
@@ -245,8 +303,13 @@ impl<'a> Walker<'a> {
         let in_air = lanes::sum(&self.lost);
         let mut on_ground = 0.0;
         if !meets_ground && order > 1 {
+            let light = &mut self.weights.light;
             for i in 0..weight.len() {
-                self.found[i] += weight[i] * transmittance[i] * self.scene.background[i];
+                light[i] = weight[i] * transmittance[i] * self.scene.background[i];
+            }
+            match &mut self.stokes {
+                Some(stokes) => stokes.find_unpolarised(light, &mut self.found),
+                None => lanes::add_scaled(light, 1.0, &mut self.found),
             }
         }
         if meets_ground {
@@ -280,6 +343,9 @@ impl<'a> Walker<'a> {
             }
             let at = inside.at(length_m);
             let normal = at.normalized();
+            if let Some(stokes) = &mut self.stokes {
+                stokes.depolarise();
+            }
             if order > 1 {
                 self.weights.light.copy_from_slice(&self.weights.weight);
                 self.find_sun(at, Vertex::Ground(normal), sun);
@@ -328,6 +394,20 @@ impl<'a> Walker<'a> {
         } else {
             self.weights.scatter(medium, inside.direction, turn)
         };
+        if let Some(stokes) = &mut self.stokes {
+            let Weights {
+                split,
+                split_sum,
+                light,
+                ..
+            } = &self.weights;
+            stokes.scatter(
+                medium,
+                (split, split_sum),
+                light,
+                (inside.direction, direction),
+            );
+        }
         Some(Ray {
             origin: at,
             direction,
@@ -358,11 +438,30 @@ impl<'a> Walker<'a> {
         }
         self.columns.optical_depth(to_sun, tau);
         lanes::exp_neg(tau, transmittance);
-        let light = &mut self.weights.light;
+        let Weights {
+            split,
+            split_sum,
+            light,
+            scratch,
+            ..
+        } = &mut self.weights;
+        scratch.copy_from_slice(light);
         sun.limb(mu_squared, light);
         let factor = factor as f32;
         for i in 0..light.len() {
-            self.found[i] += light[i] * transmittance[i] * sun.irradiance[i] * factor;
+            light[i] *= transmittance[i] * sun.irradiance[i] * factor;
+        }
+        match (&mut self.stokes, vertex) {
+            (None, _) => lanes::add_scaled(light, 1.0, &mut self.found),
+            (Some(stokes), Vertex::Ground(_)) => stokes.find_unpolarised(light, &mut self.found),
+            (Some(stokes), Vertex::Air(direction)) => stokes.find_sun(
+                medium,
+                (split, split_sum),
+                scratch,
+                (direction, towards),
+                light,
+                &mut self.found,
+            ),
         }
     }
 }
