@@ -1,7 +1,9 @@
 //! The innermost work, kernel by kernel: `make bench`.
 
+use celaje::climate::{Conditions, Overrides};
 use celaje::math::{lanes, Rng};
 use celaje::optics::{mie, Phase};
+use celaje::place::{Instant, Site};
 use celaje::WavelengthGrid;
 use criterion::Criterion;
 use multiversion::multiversion;
@@ -86,6 +88,19 @@ fn mie_table(c: &mut Criterion) {
     group.finish();
 }
 
+/// Everything that is known of a place and a time, once the tables are read.
+fn climate(c: &mut Criterion) {
+    let overrides = Overrides::default();
+    let site = Site::new(41.65, -0.88, 0.0);
+    let time = Instant::from_utc(2026, 6, 21, 18, 30, 0.0);
+    let (Ok(site), Ok(time)) = (site, time) else {
+        return;
+    };
+    c.bench_function("conditions of a place and a time", |b| {
+        b.iter(|| Conditions::at(black_box(&site), black_box(&time), &overrides))
+    });
+}
+
 fn main() {
     let mut criterion = Criterion::default()
         .warm_up_time(Duration::from_millis(500))
@@ -93,6 +108,7 @@ fn main() {
         .configure_from_args();
     exponential(&mut criterion);
     phase_sampling(&mut criterion);
+    climate(&mut criterion);
     mie_table(&mut criterion);
     criterion.final_summary();
 }

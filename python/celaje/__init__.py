@@ -12,7 +12,8 @@ Examples
 (8, 8, 7)
 """
 
-from ._climate import Condition, Conditions, climate
+from ._climate import climate
+from ._conditions import Climate, Condition, Conditions
 from ._core import __version__
 from ._errors import (
     CelajeError,
@@ -33,6 +34,7 @@ __all__ = [
     "Aerosol",
     "Atmosphere",
     "CelajeError",
+    "Climate",
     "Condition",
     "Conditions",
     "FileError",

@@ -1,3 +1,4 @@
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -14,24 +15,21 @@ _C128 = NDArray[np.complex128]
 class Conditions:
     def __new__(
         cls,
-        at: tuple[float, float] | None,
+        at: str | tuple[float, float] | None,
         time: str | None,
-        sun_elevation: float | None,
-        sun_azimuth: float | None,
-        sun_distance_au: float | None,
-        altitude_m: float | None,
-        atmosphere: str | None,
-        ozone_du: float | None,
-        ozone_climate: str | None,
-        no_ozone: bool,
-        aerosol: str | None,
-        aod_550: float | None,
-        turbidity: float | None,
-        humidity_percent: float | None,
-        albedo: float | str | None,
+        local: bool,
+        words: Mapping[str, object],
     ) -> Conditions: ...
-    def fields(self) -> dict[str, tuple[object, str, str, str]]: ...
-    def rows(self) -> list[tuple[str, str, str, str, str]]: ...
+    def rows(
+        self,
+    ) -> list[tuple[str, str, float | str | None, bool, str, float | None, str, str]]: ...
+
+def climate_table(
+    at: list[str | tuple[float, float]],
+    times: list[str] | list[float],
+    local: bool,
+    words: Mapping[str, object],
+) -> dict[str, Any]: ...
 
 class Sensor:
     @staticmethod

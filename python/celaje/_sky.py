@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from datetime import datetime
 from types import MappingProxyType
 
 import numpy as np
@@ -12,7 +11,8 @@ from numpy.typing import ArrayLike
 
 from . import _core
 from ._arrays import Floats, vector, wavelength_grid
-from ._climate import Conditions, conditions_of, read_conditions
+from ._climate import Place, When, Words, read_conditions
+from ._conditions import Conditions
 from ._errors import (
     InvalidInputError,
     NotBuiltError,
@@ -364,8 +364,9 @@ class Sky:
 
 def sky(
     *,
-    at: tuple[float, float] | str | None = None,
-    time: datetime | str | None = None,
+    at: Place | None = None,
+    time: When | None = None,
+    local: bool = False,
     altitude: float | None = None,
     sun_elevation: float | None = None,
     sun_azimuth: float | None = None,
@@ -374,10 +375,16 @@ def sky(
     aod_550: float | None = None,
     aod: float | None = None,
     turbidity: float | None = None,
+    visibility: float | None = None,
+    stratosphere: str | None = None,
+    mesosphere: str | None = None,
     humidity: float | None = None,
     ozone: float | None = None,
     ozone_climate: str | None = None,
     no_ozone: bool = False,
+    no2: float | None = None,
+    water: float | None = None,
+    co2: float | None = None,
     albedo: float | str | None = None,
     atmosphere: str | None = None,
     sun_spectrum: str = "tsis1",
@@ -390,9 +397,13 @@ def sky(
     Parameters
     ----------
     at : (float, float) or str, optional
-        Latitude (north positive) and longitude (east positive). Needs `time`. [deg]
-    time : datetime or str, optional
-        Instant with its time zone, 1900 to 2100, such as ``"2026-06-21T18:30Z"``. Needs `at`.
+        Latitude (-90 to 90, north positive) and longitude (-360 to 360, east positive) [deg], or the name of a city:
+        ``"Zaragoza"``, ``"Córdoba, Argentina"``. Needs `time`.
+    time : str, datetime or datetime64, optional
+        Instant, 1900 to 2100: ``"2026-06-21T18:30Z"``, a datetime with a time zone, a datetime64 (which is UTC); or
+        ``"now"``, ``"sunset"``, ``"2026-06-21 civil dusk-10min"``, by the calendar of the place. Needs `at`.
+    local : bool
+        A time without an offset is that of the place's clocks.
     altitude : float, optional
         Ground above sea level, -500 to 9000. [m]
     sun_elevation, sun_azimuth : float, optional
@@ -401,11 +412,16 @@ def sky(
     sun_distance_au : float, optional
         Distance of the sun, 0.9 to 1.1. [au]
     aerosol : str, optional
-        Aerosol type: bare names are AIAA, ``opac:NAME`` OPAC.
+        Aerosol type: bare names are AIAA, ``opac:NAME`` OPAC; ``"climate"`` is what is found for the place.
     aod_550, aod : float, optional
         Vertical aerosol optical depth at 550 nm, 0 to 10; two names for one thing. [1]
     turbidity : float, optional
         Factor on that optical depth, 0 to 100. [1]
+    visibility : float, optional
+        Visibility at the ground, 0.1 to 400, instead of an optical depth. [km]
+    stratosphere, mesosphere : str, optional
+        Upper aerosols: ``"background"`` (default), ``"volcanic-fresh"``, ``"volcanic-aged"``, ``"none"``; ``"dust"``
+        (default), ``"ice"``, ``"none"``.
     humidity : float, optional
         Relative humidity of the aerosol, 0 to 99. [%]
     ozone : float, optional
@@ -414,6 +430,12 @@ def sky(
         Where the ozone column comes from if not given: ``"sbuv"``, ``"van-heuklon"``, ``"arosa"``.
     no_ozone : bool
         Leave ozone out.
+    no2 : float, optional
+        Nitrogen dioxide column, 0 to 20, 0 by default. [DU]
+    water : float, optional
+        Precipitable water, 0 to 200. [mm]
+    co2 : float, optional
+        Carbon dioxide, 0 to 10 000. [ppm]
     albedo : float or str, optional
         Lambertian reflectance of the ground, 0 to 1, or a preset such as ``"fresh-snow"``. [1]
     atmosphere : str, optional
@@ -434,7 +456,8 @@ def sky(
     UnknownNameError
         Message gives the known names and the nearest one.
     InvalidInputError
-        A time without a time zone, a place without a time, …
+        A time without a time zone, a place without a time, a city that is not known or is ambiguous, a sunset that does
+        not happen, …
 
     Examples
     --------
@@ -445,26 +468,31 @@ def sky(
     >>> sky.medium
     Medium(430 altitudes 417.676 to 100000 m, 7 wavelengths 400 to 700 nm)
     """
-    conditions = read_conditions(
-        at=at,
-        time=time,
+    words = Words(
         altitude=altitude,
         sun_elevation=sun_elevation,
         sun_azimuth=sun_azimuth,
         sun_distance_au=sun_distance_au,
-        atmosphere=atmosphere,
-        ozone=ozone,
-        ozone_climate=ozone_climate,
-        no_ozone=no_ozone,
         aerosol=aerosol,
         aod_550=aod_550,
         aod=aod,
         turbidity=turbidity,
+        visibility=visibility,
+        stratosphere=stratosphere,
+        mesosphere=mesosphere,
         humidity=humidity,
+        ozone=ozone,
+        ozone_climate=ozone_climate,
+        no_ozone=no_ozone,
+        no2=no2,
+        water=water,
+        co2=co2,
         albedo=albedo,
+        atmosphere=atmosphere,
     )
+    conditions = read_conditions(at, time, local, words)
     raw = _core.Sky.from_conditions(conditions, wavelength_grid(wavelengths), sun_spectrum)
-    made = Sky(raw, conditions_of(conditions))
+    made = Sky(raw, Conditions._of(conditions))
     made._origin["sun_spectrum"] = sun_spectrum
     return made
 

@@ -26,7 +26,7 @@ pub struct ExplainArgs {
     where_when: WhereWhen,
     #[command(flatten)]
     air: Air,
-    /// Write JSON: value, unit, source and reason of every condition
+    /// Write JSON: value, unit, uncertainty, source and reason of every condition, and what stands behind them
     #[arg(long, help_heading = "Output")]
     json: bool,
 }
@@ -60,44 +60,62 @@ pub fn night(conditions: &Conditions) -> Option<String> {
     })
 }
 
-/// Aligned columns: name, value, unit, reason with its source.
+/// Aligned columns: name, value, its standard deviation, unit, reason with its source.
 fn table(rows: &[ConditionRow]) -> String {
-    let width = |column: fn(&ConditionRow) -> &str, title: &str| {
-        let cells = rows.iter().map(|r| column(r).chars().count());
-        cells.fold(title.len(), usize::max)
+    let mut lines = vec![["CONDITION", "VALUE", "±", "UNIT", "REASON [SOURCE]"].map(str::to_owned)];
+    lines.extend(rows.iter().map(|row| {
+        let c = &row.condition;
+        let reason = format!("{} [{}]", c.reason, c.source);
+        let spread = c.uncertainty.map_or(String::new(), two_digits);
+        [
+            row.key.to_owned(),
+            row.text.clone(),
+            spread,
+            c.unit.to_owned(),
+            reason,
+        ]
+    }));
+    let width = |i: usize| {
+        lines
+            .iter()
+            .map(|l| l[i].chars().count())
+            .fold(0, usize::max)
     };
-    let key = width(|r| r.key, "CONDITION");
-    let value = width(|r| &r.value, "VALUE");
-    let unit = width(|r| r.unit, "UNIT");
-    let mut text = format!(
-        "{:key$}  {:>value$}  {:unit$}  REASON [SOURCE]\n",
-        "CONDITION", "VALUE", "UNIT"
-    );
-    for r in rows {
+    let [key, value, spread, unit] = [0, 1, 2, 3].map(width);
+    let mut text = String::new();
+    for [k, v, s, u, reason] in &lines {
         text.push_str(&format!(
-            "{:key$}  {:>value$}  {:unit$}  {} [{}]\n",
-            r.key, r.value, r.unit, r.reason, r.source
+            "{k:key$}  {v:>value$}  {s:>spread$}  {u:unit$}  {reason}\n"
         ));
     }
     text
 }
 
-/// An object with an object for every condition, in the order of the table.
+/// A positive number to two digits.
+fn two_digits(value: f64) -> String {
+    let digits = if value > 0.0 {
+        1 - value.log10().floor() as i32
+    } else {
+        0
+    };
+    let places = usize::try_from(digits).unwrap_or(0);
+    format!("{value:.places$}")
+}
+
+/// An object with an object for every condition, in the order of the table; what stands behind them is in `details`.
 fn json_text(conditions: &Conditions) -> Result<String, Failure> {
     let broken = |e: serde_json::Error| Failure::own_mistake(format!("no JSON: {e}"));
     let mut object = Map::new();
-    if let Value::Object(fields) = serde_json::to_value(conditions).map_err(broken)? {
-        object.extend(fields.into_iter().filter(|(_, v)| !v.is_null()));
-    }
-    // What is no condition but a limit of the method, such as refraction.
     for row in conditions.rows() {
-        if !object.contains_key(row.key) {
-            let entry = json!({
-                "value": row.value, "unit": row.unit, "source": row.source, "reason": row.reason
-            });
-            object.insert(row.key.to_owned(), entry);
-        }
+        let condition = serde_json::to_value(row.condition).map_err(broken)?;
+        object.insert(row.key.to_owned(), condition);
     }
+    let details = json!({
+        "atmosphere_blend": conditions.atmosphere_blend,
+        "aerosol_mixture": conditions.mixture,
+        "ground": conditions.ground,
+    });
+    object.insert("details".to_owned(), details);
     let text = serde_json::to_string_pretty(&Value::Object(object)).map_err(broken)?;
     Ok(text + "\n")
 }

@@ -112,8 +112,8 @@ fn metadata(plan: &Plan, sky: &Sky, sensor: &dyn Sensor) -> Vec<(String, String)
     let mut entries = Vec::new();
     let mut add = |name: &str, value: String| entries.push((name.to_owned(), value));
     for row in plan.conditions.rows() {
-        add(row.key, row.value);
-        let reason = format!("{} [{}]", row.reason, row.source);
+        add(row.key, row.text);
+        let reason = format!("{} [{}]", row.condition.reason, row.condition.source);
         add(&format!("{}.reason", row.key), reason);
     }
     let options = &plan.options;

@@ -53,16 +53,30 @@ fn places_and_times() {
     let noon = "2026-06-21T12:00Z";
     refused_place("91,0", noon, "latitude = 91 deg", "[-90, 90]");
     refused_place("-91,0", noon, "latitude = -91 deg", "[-90, 90]");
-    refused_place("0,-200", noon, "longitude = -200 deg", "[-180, 360]");
+    refused_place("0,-400", noon, "longitude = -400 deg", "[-360, 360]");
     refused_place("nan,0", noon, "latitude = NaN", "[-90, 90]");
-    refused_place("0,inf", noon, "longitude = inf", "[-180, 360]");
+    refused_place("0,inf", noon, "longitude = inf", "[-360, 360]");
     refused_place("Zaragozza", noon, "no city 'Zaragozza'", "Zaragoza, Spain");
     refused_place("41.65", noon, "place '41.65'", "41.65,-0.88");
     let naive = "2026-06-21T18:30";
     refused_place("0,0", naive, "time zone", "2026-06-21T18:30Z");
-    let understood = "2026-06-21T18:30Z";
-    refused_place("0,0", "-0001-06-21T12:00Z", "time '-0001-", understood);
-    refused_place("0,0", "-1-06-21T12:00Z", "time '-1-", understood);
+    refused_place("0,0", "-0001-06-21T12:00Z", "year = -1", "[1900, 2100]");
+    refused_place("0,0", "-1-06-21 sunset", "year = -1", "[1900, 2100]");
+    refused_place("0,0", "1850-06-21T12:00Z", "year = 1850", "[1900, 2100]");
+    refused_place(
+        "0,0",
+        "2026/06/21 12:00",
+        "time '2026/06/21 12:00'",
+        "2026-06-21T18:30Z",
+    );
+    refused_place(
+        "Valencia",
+        noon,
+        "'Valencia' is ambiguous",
+        "Valencia, Venezuela",
+    );
+    refused_place("Murmansk", "2026-06-21 sunset", "polar day", "another date");
+    refused_place("-90,0", "2026-06-21 sunrise", "polar night", "another date");
     refused_place("0,0", "3000-06-21T12:00Z", "year = 3000", "[1900, 2100]");
     refused_place("0,0", "2026-02-30T12:00Z", "day = 30", "[1, 28]");
     refused_place("0,0", "teatime", "sun event 'teatime'", "civil dusk");

@@ -199,6 +199,7 @@ fn explain_tells_every_condition_with_its_reason() {
         "latitude_deg",
         "longitude_deg",
         "time",
+        "local_time",
         "altitude_m",
         "sun_elevation_deg",
         "sun_azimuth_deg",
@@ -209,6 +210,7 @@ fn explain_tells_every_condition_with_its_reason() {
         "water_mm",
         "co2_ppm",
         "aerosol",
+        "aerosol_type",
         "aod_550",
         "stratosphere",
         "mesosphere",
@@ -217,6 +219,7 @@ fn explain_tells_every_condition_with_its_reason() {
         "moon_elevation_deg",
         "moon_azimuth_deg",
         "moon_distance_km",
+        "moon_phase_deg",
         "moon_illuminated",
         "astronomical_dawn",
         "nautical_dawn",
@@ -248,7 +251,12 @@ fn explain_tells_every_condition_with_its_reason() {
     ));
     let json: serde_json::Value = serde_json::from_str(&json).unwrap();
     let object = json.as_object().unwrap();
-    // Every row is a condition; what the climate found behind them (mixture, ground, Moon) stands beside them.
+    // Every row is a condition; what the climate found behind them stands beside them.
+    assert_eq!(object.len(), names.len() + 1);
+    for part in ["atmosphere_blend", "aerosol_mixture", "ground"] {
+        assert!(!json["details"][part].is_null(), "{part}");
+    }
+    assert!(json["ozone_du"]["uncertainty"].as_f64().unwrap() > 1.0);
     for name in names {
         let condition = &object[name];
         for part in ["value", "unit", "source", "reason"] {
@@ -257,6 +265,20 @@ fn explain_tells_every_condition_with_its_reason() {
     }
     assert_eq!(json["time"]["value"], "2026-06-21T18:30:00Z");
     assert!((json["sun_elevation_deg"]["value"].as_f64().unwrap() - 11.0016).abs() < 1e-3);
+
+    // Polar day: what does not happen has no value, and a reason.
+    let polar = ["--at", "Murmansk", "--time", "2026-06-21T12:00Z", "--json"];
+    let polar = stdout(&run_well(
+        folder.path(),
+        &[&["explain"], &polar[..]].concat(),
+    ));
+    let polar: serde_json::Value = serde_json::from_str(&polar).unwrap();
+    assert!(polar["sunset"]["value"].is_null());
+    assert!(polar["sunset"]["reason"]
+        .as_str()
+        .unwrap()
+        .contains("polar day"));
+    assert_eq!(polar["latitude_deg"]["reason"], "of Murmansk, Russia");
 
     let night = run_well(folder.path(), &["explain", "--sun-elevation", "-30"]);
     assert!(stderr(&night).starts_with("note: "), "{}", stderr(&night));

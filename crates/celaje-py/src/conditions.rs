@@ -1,11 +1,13 @@
 //! Place, time and what the user wants instead, to conditions.
 
-use celaje::climate::{self, Albedo, Condition, Overrides, OzoneClimate};
-use celaje::place::{Instant, Site};
+use celaje::climate::{self, Albedo, ConditionRow, ConditionValue, Overrides, OzoneClimate};
+use celaje::composition::aerosol::AerosolType;
+use celaje::composition::upper::{Mesosphere, Stratosphere};
+use celaje::place::{parse_time, Instant, Site};
 use celaje::{Error, WavelengthGrid};
 use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::PyAny;
 
 use crate::error::Outcome;
 
@@ -13,6 +15,24 @@ use crate::error::Outcome;
 #[pyclass(frozen, module = "celaje._core")]
 pub struct Conditions {
     pub inner: climate::Conditions,
+}
+
+/// A place as a user gives it.
+#[derive(FromPyObject)]
+pub enum Place {
+    /// The name of a city, or coordinates as text.
+    Name(String),
+    /// Latitude and longitude \[deg\].
+    At(f64, f64),
+}
+
+impl Place {
+    pub fn site(&self) -> celaje::Result<Site> {
+        match self {
+            Self::Name(name) => Site::parse(name),
+            Self::At(latitude_deg, longitude_deg) => Site::new(*latitude_deg, *longitude_deg, 0.0),
+        }
+    }
 }
 
 /// An albedo as a user gives it.
@@ -33,111 +53,133 @@ impl AlbedoArgument {
     }
 }
 
+/// What the user wants instead of what the climate says, by the words of `celaje.sky`.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub struct Words {
+    altitude: Option<f64>,
+    sun_elevation: Option<f64>,
+    sun_azimuth: Option<f64>,
+    sun_distance_au: Option<f64>,
+    aerosol: Option<String>,
+    aod_550: Option<f64>,
+    turbidity: Option<f64>,
+    visibility: Option<f64>,
+    stratosphere: Option<String>,
+    mesosphere: Option<String>,
+    humidity: Option<f64>,
+    ozone: Option<f64>,
+    ozone_climate: Option<String>,
+    no_ozone: Option<bool>,
+    no2: Option<f64>,
+    water: Option<f64>,
+    co2: Option<f64>,
+    albedo: Option<AlbedoArgument>,
+    atmosphere: Option<String>,
+}
+
+impl Words {
+    pub fn overrides(self) -> celaje::Result<Overrides> {
+        let ozone_climate = self.ozone_climate.as_deref().map(OzoneClimate::named);
+        Ok(Overrides {
+            altitude_m: self.altitude,
+            sun_elevation_deg: self.sun_elevation,
+            sun_azimuth_deg: self.sun_azimuth,
+            sun_distance_au: self.sun_distance_au,
+            atmosphere: self.atmosphere,
+            ozone_du: self.ozone,
+            ozone_climate: ozone_climate.transpose()?,
+            no_ozone: self.no_ozone.unwrap_or(false),
+            no2_du: self.no2,
+            water_mm: self.water,
+            co2_ppm: self.co2,
+            aerosol: self.aerosol,
+            aod_550: self.aod_550,
+            turbidity: self.turbidity,
+            visibility_km: self.visibility,
+            stratosphere: self.stratosphere,
+            mesosphere: self.mesosphere,
+            humidity_percent: self.humidity,
+            albedo: self.albedo.map(AlbedoArgument::read).transpose()?,
+            ..Overrides::default()
+        })
+    }
+}
+
+/// Looks names up that are composed later: an unknown one is refused at once.
+pub fn check_names(conditions: &climate::Conditions) -> celaje::Result<()> {
+    AerosolType::of_conditions(conditions)?;
+    Stratosphere::named(&conditions.stratosphere.value)?;
+    Mesosphere::named(&conditions.mesosphere.value)?;
+    Ok(())
+}
+
 #[pymethods]
 impl Conditions {
     #[new]
-    #[pyo3(signature = (
-        at, time, sun_elevation, sun_azimuth, sun_distance_au, altitude_m, atmosphere, ozone_du,
-        ozone_climate, no_ozone, aerosol, aod_550, turbidity, humidity_percent, albedo,
-    ))]
-    fn new(
-        at: Option<(f64, f64)>,
-        time: Option<&str>,
-        sun_elevation: Option<f64>,
-        sun_azimuth: Option<f64>,
-        sun_distance_au: Option<f64>,
-        altitude_m: Option<f64>,
-        atmosphere: Option<String>,
-        ozone_du: Option<f64>,
-        ozone_climate: Option<&str>,
-        no_ozone: bool,
-        aerosol: Option<String>,
-        aod_550: Option<f64>,
-        turbidity: Option<f64>,
-        humidity_percent: Option<f64>,
-        albedo: Option<AlbedoArgument>,
-    ) -> Outcome<Self> {
-        let overrides = Overrides {
-            altitude_m,
-            sun_elevation_deg: sun_elevation,
-            sun_azimuth_deg: sun_azimuth,
-            sun_distance_au,
-            atmosphere,
-            ozone_du,
-            ozone_climate: ozone_climate.map(OzoneClimate::named).transpose()?,
-            no_ozone,
-            aerosol,
-            aod_550,
-            turbidity,
-            humidity_percent,
-            albedo: albedo.map(AlbedoArgument::read).transpose()?,
-            ..Overrides::default()
-        };
-        let inner = match (at, time, sun_elevation) {
-            (Some((latitude_deg, longitude_deg)), Some(time), _) => {
-                let site = Site::new(latitude_deg, longitude_deg, 0.0)?;
-                let instant: Instant = time.parse()?;
+    fn new(at: Option<Place>, time: Option<&str>, local: bool, words: Words) -> Outcome<Self> {
+        let overrides = words.overrides()?;
+        let inner = match (at, time, overrides.sun_elevation_deg) {
+            (Some(place), Some(time), _) => {
+                let site = place.site()?;
+                let instant = parse_time(time, &site, local)?;
                 climate::Conditions::at(&site, &instant, &overrides)?
             }
-            (None, None, Some(elevation)) => {
-                climate::Conditions::from_sun(elevation, sun_azimuth.unwrap_or(180.0), &overrides)?
+            (None, None, Some(elevation_deg)) => {
+                let azimuth_deg = overrides.sun_azimuth_deg.unwrap_or(180.0);
+                climate::Conditions::from_sun(elevation_deg, azimuth_deg, &overrides)?
             }
             (Some(_), None, _) => return Err(half_a_place("a place is given, but no time").into()),
             (None, Some(_), _) => return Err(half_a_place("a time is given, but no place").into()),
             (None, None, None) => return Err(half_a_place("neither place nor sun is given").into()),
         };
+        check_names(&inner)?;
         Ok(Self { inner })
     }
 
-    /// Field → (value, unit, source, reason); a field that has no value is left out.
-    fn fields<'py>(&self, py: Python<'py>) -> Outcome<Bound<'py, PyDict>> {
-        let c = &self.inner;
-        let fields = PyDict::new(py);
-        let optional = [
-            ("latitude_deg", &c.latitude_deg),
-            ("longitude_deg", &c.longitude_deg),
-        ];
-        for (name, condition) in optional {
-            if let Some(condition) = condition {
-                fields.set_item(name, parts(condition))?;
-            }
-        }
-        if let Some(time) = &c.time {
-            let text = (
-                time.value.to_string(),
-                time.unit,
-                &time.source,
-                &time.reason,
-            );
-            fields.set_item("time", text)?;
-        }
-        for (name, condition) in [
-            ("altitude_m", &c.altitude_m),
-            ("sun_elevation_deg", &c.sun_elevation_deg),
-            ("sun_azimuth_deg", &c.sun_azimuth_deg),
-            ("sun_distance_au", &c.sun_distance_au),
-            ("ozone_du", &c.ozone_du),
-            ("aod_550", &c.aod_550),
-            ("humidity_percent", &c.humidity_percent),
-            ("albedo", &c.albedo),
-        ] {
-            fields.set_item(name, parts(condition))?;
-        }
-        fields.set_item("atmosphere", parts(&c.atmosphere))?;
-        fields.set_item("aerosol", parts(&c.aerosol))?;
-        Ok(fields)
-    }
-
-    /// (key, value as text, unit, source, reason) of every line of `celaje explain`.
-    fn rows(&self) -> Vec<(&'static str, String, &'static str, String, String)> {
+    /// Every line of `celaje explain`.
+    fn rows(&self, py: Python<'_>) -> Outcome<Vec<Row>> {
         let rows = self.inner.rows().into_iter();
-        rows.map(|r| (r.key, r.value, r.unit, r.source, r.reason))
-            .collect()
+        Ok(rows.map(|r| row(py, r)).collect::<PyResult<_>>()?)
     }
 }
 
-fn parts<T: Clone>(c: &Condition<T>) -> (T, &'static str, &str, &str) {
-    (c.value.clone(), c.unit, &c.source, &c.reason)
+/// Key, text for people, value, whether that is an instant, unit, uncertainty, source, reason.
+type Row = (
+    &'static str,
+    String,
+    Py<PyAny>,
+    bool,
+    &'static str,
+    Option<f64>,
+    String,
+    String,
+);
+
+fn row(py: Python<'_>, row: ConditionRow) -> PyResult<Row> {
+    let ConditionRow {
+        key,
+        text,
+        condition,
+    } = row;
+    let is_time = matches!(condition.value, ConditionValue::Time(_));
+    let value = match condition.value {
+        ConditionValue::Number(value) => value.into_pyobject(py)?.into_any().unbind(),
+        ConditionValue::Text(text) => text.into_pyobject(py)?.into_any().unbind(),
+        ConditionValue::Time(instant) => instant.to_string().into_pyobject(py)?.into_any().unbind(),
+        ConditionValue::None => py.None(),
+    };
+    let (unit, uncertainty) = (condition.unit, condition.uncertainty);
+    Ok((
+        key,
+        text,
+        value,
+        is_time,
+        unit,
+        uncertainty,
+        condition.source,
+        condition.reason,
+    ))
 }
 
 fn half_a_place(message: &str) -> Error {

@@ -3,6 +3,7 @@
 //! Everything here is private to the Python package, which gives it names, defaults and documentation
 //! (`python/celaje`). Arrays come in as contiguous `float64` and go out without copies.
 
+mod climate_table;
 mod conditions;
 mod error;
 mod film;
@@ -17,6 +18,8 @@ mod sky;
 mod _core {
     use pyo3::prelude::*;
 
+    #[pymodule_export]
+    use crate::climate_table::climate_table;
     #[pymodule_export]
     use crate::conditions::{wavelength_range, Conditions};
     #[pymodule_export]

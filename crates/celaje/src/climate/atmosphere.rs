@@ -1,7 +1,6 @@
 //! Which reference atmosphere a place and a season call for.
 
 use super::blend::july_weight;
-use super::season::Season;
 use crate::error::{Error, Result};
 use crate::place::Instant;
 
@@ -88,24 +87,6 @@ impl AtmosphereClass {
             known: Self::ALL.map(|a| a.name().to_owned()).to_vec(),
         })
     }
-
-    /// The AFGL atmosphere whose own latitude (15°, 45°, 60°) is nearest, of the half-year's season.
-    pub fn nearest(latitude_deg: f64, season: Season) -> Self {
-        let (summer, latitude) = (season == Season::Summer, latitude_deg.abs());
-        if latitude < 30.0 {
-            Self::Tropical
-        } else if latitude < 52.5 {
-            if summer {
-                Self::MidlatitudeSummer
-            } else {
-                Self::MidlatitudeWinter
-            }
-        } else if summer {
-            Self::SubarcticSummer
-        } else {
-            Self::SubarcticWinter
-        }
-    }
 }
 
 /// Reference atmospheres with their weights, which sum to 1.
@@ -139,25 +120,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_atmosphere_is_nearest_at_its_own_latitude() {
-        use AtmosphereClass as A;
-        for (latitude, season, expected) in [
-            (15.0, Season::Summer, A::Tropical),
-            (-15.0, Season::Winter, A::Tropical),
-            (45.0, Season::Summer, A::MidlatitudeSummer),
-            (-45.0, Season::Winter, A::MidlatitudeWinter),
-            (60.0, Season::Summer, A::SubarcticSummer),
-            (-90.0, Season::Winter, A::SubarcticWinter),
-        ] {
-            assert_eq!(A::nearest(latitude, season), expected);
+    fn names_are_read() {
+        for class in AtmosphereClass::ALL {
+            assert_eq!(AtmosphereClass::named(class.name()).unwrap(), class);
         }
-        for class in A::ALL {
-            assert_eq!(A::named(class.name()).unwrap(), class);
-        }
-        assert!(A::named("us67")
-            .unwrap_err()
-            .hint()
-            .contains("did you mean 'us76'"));
+        let unknown = AtmosphereClass::named("us67").unwrap_err();
+        assert!(unknown.hint().contains("did you mean 'us76'"));
     }
 
     #[test]

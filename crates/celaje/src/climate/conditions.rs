@@ -1,13 +1,12 @@
 //! Everything that a sky needs to know about its place and time, each value with its reason.
 
 use super::words::{
-    aerosol_words, albedo_words, altitude, aod_words, atmosphere_words, ozone, GADS_SOURCE,
-    OPAC_SOURCE,
+    aerosol_words, albedo_words, altitude, aod_words, atmosphere_words, coordinate, ozone, spa,
+    GADS_SOURCE, OPAC_SOURCE,
 };
-use super::Season;
 use super::{
     aerosol_climate, blended_atmosphere, ozone_shape, AerosolMixture, AtmosphereBlend,
-    AtmosphereClass, Ground, Overrides, OzoneShape,
+    AtmosphereClass, Condition, Ground, Overrides, OzoneShape,
 };
 use crate::error::{Error, Result};
 use crate::place::{Instant, MoonPosition, Site, SunPosition, SunTimes};
@@ -15,64 +14,11 @@ use crate::place::{Instant, MoonPosition, Site, SunPosition, SunTimes};
 /// Name of an aerosol or an atmosphere that is found for its place instead of being one of the named ones.
 pub const CLIMATE: &str = "climate";
 
-/// One value in force: what it is, where it comes from and why.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
-pub struct Condition<T> {
-    /// The value, in `unit`.
-    pub value: T,
-    /// Unit, empty for a pure number or a name.
-    pub unit: &'static str,
-    /// Standard deviation about the value, in `unit`, where known.
-    pub uncertainty: Option<f64>,
-    /// Data or method that the value comes from.
-    pub source: String,
-    /// Why this value, in words for people.
-    pub reason: String,
-}
-
-impl<T> Condition<T> {
-    /// A value with its unit, source and reason.
-    pub fn new(
-        value: T,
-        unit: &'static str,
-        source: impl Into<String>,
-        reason: impl Into<String>,
-    ) -> Self {
-        Self {
-            value,
-            unit,
-            uncertainty: None,
-            source: source.into(),
-            reason: reason.into(),
-        }
-    }
-
-    /// The same with a standard deviation, in its unit.
-    pub fn with_uncertainty(mut self, uncertainty: f64) -> Self {
-        self.uncertainty = Some(uncertainty);
-        self
-    }
-
-    /// A value that the user gave.
-    pub fn given(value: T, unit: &'static str) -> Self {
-        Self::new(value, unit, "user", "given by the user")
-    }
-
-    /// The user's value if there is one, what was found otherwise.
-    pub(super) fn or_found(
-        given: Option<T>,
-        unit: &'static str,
-        found: impl FnOnce() -> Self,
-    ) -> Self {
-        given.map_or_else(found, |value| Self::given(value, unit))
-    }
-}
-
 /// All conditions of a sky.
 ///
 /// Made by [`Conditions::at`] or [`Conditions::from_sun`]; every field may be replaced afterwards, which takes
 /// the checks of [`Overrides`] off.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Conditions {
     /// Latitude, north positive \[deg\]; none when only the sun was given.
     pub latitude_deg: Option<Condition<f64>>,
@@ -103,7 +49,6 @@ pub struct Conditions {
     /// Carbon dioxide \[ppm\].
     pub co2_ppm: Condition<f64>,
     /// Shape of the ozone layer, in force while `atmosphere` is [`CLIMATE`].
-    #[serde(skip)]
     pub ozone_shape: Option<OzoneShape>,
     /// Aerosol type by name: bare names are AIAA types, `opac:…` OPAC's, [`CLIMATE`] the mixture below.
     pub aerosol: Condition<String>,
@@ -127,23 +72,6 @@ pub struct Conditions {
     pub ground: Option<Ground>,
 }
 
-/// One line of [`Conditions::rows`].
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
-pub struct ConditionRow {
-    /// Name of the condition, the same as its field.
-    pub key: &'static str,
-    /// The value as text, without its unit.
-    pub value: String,
-    /// Unit, empty for a pure number or a name.
-    pub unit: &'static str,
-    /// Standard deviation about the value, in its unit, where known.
-    pub uncertainty: Option<f64>,
-    /// Data or method.
-    pub source: String,
-    /// Why this value.
-    pub reason: String,
-}
-
 impl Conditions {
     /// Conditions at a place and an instant, found unless overridden.
     ///
@@ -156,13 +84,8 @@ impl Conditions {
         overrides.check()?;
         let (latitude_deg, longitude_deg) = (site.latitude_deg(), site.longitude_deg());
         let altitude_m = altitude(overrides.altitude_m, site)?;
-        let site = Site::new(latitude_deg, longitude_deg, altitude_m.value)?;
+        let site = site.at_altitude(altitude_m.value)?;
         let sun = SunPosition::at(&site, instant)?;
-        let spa = |value: f64, unit: &'static str| {
-            let source = "NREL SPA, Reda & Andreas 2004, doi:10.1016/j.solener.2003.12.003";
-            let reason = "from place and time; true, not refracted";
-            Condition::new(value, unit, source, reason)
-        };
         let found = aerosol_climate(latitude_deg, longitude_deg, altitude_m.value, instant)?;
         let aerosol = overrides
             .aerosol()
@@ -174,23 +97,17 @@ impl Conditions {
             Some(_) => None,
             None => Some(Ground::at(latitude_deg, longitude_deg, instant)?),
         };
-        let class = AtmosphereClass::nearest(latitude_deg, Season::at(latitude_deg, instant));
-        let water = overrides.water(
-            atmosphere
-                .as_ref()
-                .map_or(class.name(), |a| a.value.as_str()),
-            altitude_m.value,
-        );
+        let water = overrides.water(&blend, altitude_m.value);
         Ok(Self {
-            latitude_deg: Some(Condition::given(latitude_deg, "deg")),
-            longitude_deg: Some(Condition::given(longitude_deg, "deg")),
+            latitude_deg: Some(coordinate(latitude_deg, &site)),
+            longitude_deg: Some(coordinate(longitude_deg, &site)),
             time: Some(Condition::given(*instant, "")),
             altitude_m,
             sun_elevation_deg: Condition::or_found(overrides.sun_elevation_deg, "deg", || {
-                spa(sun.elevation_deg(), "deg")
+                spa(sun.elevation_deg(), "deg").with_uncertainty(SUN_DEG)
             }),
             sun_azimuth_deg: Condition::or_found(overrides.sun_azimuth(), "deg", || {
-                spa(sun.azimuth_deg(), "deg")
+                spa(sun.azimuth_deg(), "deg").with_uncertainty(SUN_DEG)
             }),
             sun_distance_au: Condition::or_found(overrides.sun_distance_au, "au", || {
                 spa(sun.distance_au(), "au")
@@ -254,11 +171,8 @@ impl Conditions {
         }
         let distance_au = overrides.sun_distance_au.unwrap_or(1.0);
         let sun = SunPosition::new(azimuth_deg, elevation_deg, distance_au)?;
-        let us76 = AtmosphereClass::Us76.name();
-        let water = overrides.water(
-            overrides.atmosphere.as_deref().unwrap_or(us76),
-            overrides.altitude_m.unwrap_or(0.0),
-        );
+        let us76 = vec![(AtmosphereClass::Us76, 1.0)];
+        let water = overrides.water(&us76, overrides.altitude_m.unwrap_or(0.0));
         let no_place = |value, unit, source: &str, reason: &str| {
             Condition::new(value, unit, source, format!("no place given: {reason}"))
         };
@@ -356,64 +270,6 @@ impl Conditions {
         )
     }
 
-    /// Every condition as a line of text, for `celaje explain` and the headers of files; the last one says
-    /// what is neglected.
-    pub fn rows(&self) -> Vec<ConditionRow> {
-        let mut rows = Vec::new();
-        if let Some(c) = &self.latitude_deg {
-            rows.push(row("latitude_deg", c, format!("{}", c.value)));
-        }
-        if let Some(c) = &self.longitude_deg {
-            rows.push(row("longitude_deg", c, format!("{}", c.value)));
-        }
-        if let Some(c) = &self.time {
-            rows.push(row("time", c, c.value.to_string()));
-        }
-        let name = |key, c: &Condition<String>| row(key, c, c.value.clone());
-        rows.extend([
-            number("altitude_m", &self.altitude_m, 1),
-            number("sun_elevation_deg", &self.sun_elevation_deg, 4),
-            number("sun_azimuth_deg", &self.sun_azimuth_deg, 4),
-            number("sun_distance_au", &self.sun_distance_au, 6),
-            name("atmosphere", &self.atmosphere),
-            number("ozone_du", &self.ozone_du, 1),
-            number("no2_du", &self.no2_du, 3),
-            number("water_mm", &self.water_mm, 1),
-            number("co2_ppm", &self.co2_ppm, 0),
-            name("aerosol", &self.aerosol),
-        ]);
-        if let Some(c) = &self.visibility_km {
-            rows.push(number("visibility_km", c, 3));
-        }
-        if let Some(c) = &self.tabulated_factor {
-            rows.push(number("tabulated_factor", c, 4));
-        }
-        // Visibility and tabulated amounts set the optical depth when the sky is composed.
-        if self.visibility_km.is_none() && self.tabulated_factor.is_none() {
-            rows.push(number("aod_550", &self.aod_550, 4));
-        }
-        rows.extend([
-            name("stratosphere", &self.stratosphere),
-            name("mesosphere", &self.mesosphere),
-            number("humidity_percent", &self.humidity_percent, 1),
-            number("albedo", &self.albedo, 4),
-        ]);
-        rows.extend(self.day_rows());
-        rows.push(ConditionRow {
-            key: "refraction",
-            value: "none".to_owned(),
-            unit: "",
-            uncertainty: None,
-            source: "method".to_owned(),
-            reason: "rays are straight as yet: at the horizon a real sun is seen 0.5° higher, and sets some \
-                     minutes later"
-                .to_owned(),
-        });
-        rows
-    }
-}
-
-impl Conditions {
     /// The sun's events of the day around the instant, in UTC; none when only the sun was given.
     ///
     /// # Errors
@@ -427,102 +283,16 @@ impl Conditions {
         let site = Site::new(lat.value, lon.value, 0.0)?;
         Ok(Some(SunTimes::around(&site, &time.value)?))
     }
-
-    /// Lines on the Moon and on the day's sun.
-    fn day_rows(&self) -> Vec<ConditionRow> {
-        let mut rows = Vec::new();
-        if let Some(moon) = &self.moon {
-            let lit = |value: f64, unit: &'static str, reason: &str| {
-                let source = "Meeus 1998, Astronomical Algorithms, chapter 47";
-                Condition::new(value, unit, source, reason)
-            };
-            let shape = if moon.waxing { "waxing" } else { "waning" };
-            let shape = format!("{shape}; its light is not computed as yet");
-            let seen = "from place and time; true, not refracted";
-            rows.extend([
-                number(
-                    "moon_elevation_deg",
-                    &lit(moon.elevation_deg, "deg", seen),
-                    2,
-                ),
-                number("moon_azimuth_deg", &lit(moon.azimuth_deg, "deg", seen), 2),
-                number(
-                    "moon_distance_km",
-                    &lit(moon.distance_km, "km", "from the place"),
-                    0,
-                ),
-                number("moon_illuminated", &lit(moon.illuminated, "", &shape), 3),
-            ]);
-        }
-        let Ok(Some(times)) = self.sun_times() else {
-            return rows;
-        };
-        for (event, instant) in &times.events {
-            let (value, reason) = match instant {
-                Some(instant) => (
-                    instant.to_string(),
-                    "of the day around the instant, in UTC".to_owned(),
-                ),
-                None => ("none".to_owned(), times.why_not(*event)),
-            };
-            rows.push(ConditionRow {
-                key: event_key(event.name()),
-                value,
-                unit: "",
-                uncertainty: None,
-                source: "NREL SPA; sunrise and sunset at -0.833°, twilights at -6°, -12°, -18°"
-                    .to_owned(),
-                reason,
-            });
-        }
-        rows
-    }
-}
-
-/// The name of a sun event as a key.
-fn event_key(name: &'static str) -> &'static str {
-    match name {
-        "astronomical dawn" => "astronomical_dawn",
-        "nautical dawn" => "nautical_dawn",
-        "civil dawn" => "civil_dawn",
-        "civil dusk" => "civil_dusk",
-        "nautical dusk" => "nautical_dusk",
-        "astronomical dusk" => "astronomical_dusk",
-        other => other,
-    }
 }
 
 /// Ozone column where no place is given \[DU\]: the SBUV table at 45° N in mid-June, rounded to 10 DU.
 const PLACELESS_OZONE_DU: f64 = 340.0;
 
+/// Spread of UT1 about UTC, 0.4 s or so, as an angle of the sky \[deg\]: more than SPA's own error.
+const SUN_DEG: f64 = 0.002;
+
 /// Optical depth where no place is given \[1\]: near the mean over the globe, and the default of the AIAA types.
 const PLACELESS_AOD_550: f64 = 0.12;
-
-fn number(key: &'static str, c: &Condition<f64>, digits: usize) -> ConditionRow {
-    row(key, c, trimmed(c.value, digits))
-}
-
-fn row<T>(key: &'static str, c: &Condition<T>, value: String) -> ConditionRow {
-    ConditionRow {
-        key,
-        value,
-        unit: c.unit,
-        uncertainty: c.uncertainty,
-        source: c.source.clone(),
-        reason: c.reason.clone(),
-    }
-}
-
-/// A number to so many decimals, without trailing zeros.
-fn trimmed(value: f64, digits: usize) -> String {
-    let text = format!("{value:.digits$}");
-    let text = if digits == 0 {
-        &text
-    } else {
-        text.trim_end_matches('0').trim_end_matches('.')
-    };
-    if text == "-0" { "0" } else { text }.to_owned()
-}
 
 #[cfg(test)]
 mod tests {
@@ -554,12 +324,6 @@ mod tests {
         assert!((0.1..0.25).contains(&c.albedo.value));
         let spectrum = c.spectral_albedo(&[450.0, 850.0]).unwrap();
         assert!(spectrum[1] > 2.0 * spectrum[0], "{spectrum:?}");
-        for row in c.rows() {
-            assert!(!row.value.is_empty() && !row.reason.is_empty() && !row.source.is_empty());
-        }
-        let keys: Vec<_> = c.rows().into_iter().map(|r| r.key).collect();
-        assert_eq!(keys[..3], ["latitude_deg", "longitude_deg", "time"]);
-        assert_eq!(keys.last(), Some(&"refraction"));
     }
 
     #[test]
@@ -617,18 +381,5 @@ mod tests {
         assert!((usual - c.ozone_du.value).abs() < 5.0);
         assert!(Conditions::from_sun(91.0, 0.0, &Overrides::default()).is_err());
         assert!(Conditions::from_sun(f64::NAN, 0.0, &Overrides::default()).is_err());
-    }
-
-    #[test]
-    fn serialises_with_value_unit_source_and_reason() {
-        let c = zaragoza(&Overrides::default());
-        let json = serde_json::to_value(&c).unwrap();
-        assert_eq!(json["time"]["value"], "2026-06-21T18:30:00Z");
-        assert_eq!(json["ozone_du"]["unit"], "DU");
-        assert!(json["albedo"]["reason"].is_string());
-        assert_eq!(trimmed(0.0, 1), "0");
-        assert_eq!(trimmed(-0.04, 1), "0");
-        assert_eq!(trimmed(1500.0, 1), "1500");
-        assert_eq!(trimmed(0.125, 4), "0.125");
     }
 }

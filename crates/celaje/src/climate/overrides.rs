@@ -1,6 +1,8 @@
 //! What the user wants instead of what the climate says.
 
-use super::{Albedo, AtmosphereClass, Condition, OzoneClimate, CLIMATE, OZONE_RANGE_DU};
+use super::{
+    Albedo, AtmosphereBlend, AtmosphereClass, Condition, OzoneClimate, CLIMATE, OZONE_RANGE_DU,
+};
 use crate::error::{check_range, Error, Result};
 use crate::place::{Site, SunPosition};
 
@@ -57,8 +59,9 @@ pub struct Overrides {
     pub albedo: Option<Albedo>,
 }
 
-/// Scale height of water vapour \[m\].
-const WATER_SCALE_M: f64 = 2000.0;
+/// Scale height of water vapour \[m\], and rms deviation of what it gives from monthly measurements at sea level \[mm\].
+const WATER_SCALE_M: f64 = 2100.0;
+const WATER_RMS_MM: f64 = 8.0;
 
 impl Overrides {
     /// Checks every value given.
@@ -137,17 +140,23 @@ impl Overrides {
         })
     }
 
-    /// Precipitable water above a ground, `class` being the name of the atmosphere.
-    pub(super) fn water(&self, class: &str, ground_m: f64) -> Condition<f64> {
+    /// Precipitable water above a ground: of the atmosphere that the user names, else of a blend.
+    pub(super) fn water(&self, blend: &AtmosphereBlend, ground_m: f64) -> Condition<f64> {
         Condition::or_found(self.water_mm, "mm", || {
-            let at_sea_level =
-                AtmosphereClass::named(class).map_or(14.2, AtmosphereClass::water_mm);
-            Condition::new(
-                at_sea_level * (-ground_m / WATER_SCALE_M).exp(),
+            let named = self.atmosphere();
+            let named = named.and_then(|a| AtmosphereClass::named(&a.value).ok());
+            let sea_level_mm = match named {
+                Some(class) => class.water_mm(),
+                None => blend.iter().map(|(class, w)| w * class.water_mm()).sum(),
+            };
+            let thinned = (-ground_m / WATER_SCALE_M).exp();
+            let water = Condition::new(
+                sea_level_mm * thinned,
                 "mm",
                 "AFGL 1986, Anderson et al., AFGL-TR-86-0110",
-                "of the reference atmosphere, thinned by half for every 1.4 km of the ground above sea level",
-            )
+                "of the reference atmosphere, half of it for every 1.5 km of the ground above sea level",
+            );
+            water.with_uncertainty(WATER_RMS_MM * thinned)
         })
     }
 

@@ -23,12 +23,15 @@ pub enum OzoneClimate {
     Arosa,
 }
 
+/// Rms deviation of Van Heuklon's formula from the SBUV table over all zones and months \[DU\].
+const VAN_HEUKLON_RMS_DU: f64 = 25.0;
+
 /// A column and where it comes from.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OzoneColumn {
     /// Total column \[DU\].
     pub du: f64,
-    /// Standard deviation of a month's mean between years \[DU\], where known.
+    /// Standard deviation of a month's mean between years \[DU\]; of the formula: its rms deviation from the satellites.
     pub deviation_du: Option<f64>,
     /// Citation.
     pub source: &'static str,
@@ -80,7 +83,7 @@ impl OzoneClimate {
             Self::Sbuv => sbuv(latitude_deg, instant),
             Self::VanHeuklon => Ok(OzoneColumn {
                 du: van_heuklon_du(latitude_deg, longitude_deg, instant.day_of_year()),
-                deviation_du: None,
+                deviation_du: Some(VAN_HEUKLON_RMS_DU),
                 source: "Van Heuklon 1979, doi:10.1016/0038-092X(79)90060-4",
                 reason: format!(
                     "formula at {latitude_deg:.2}° N, {longitude_deg:.2}° E, day {:.0}",

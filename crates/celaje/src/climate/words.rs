@@ -24,6 +24,24 @@ pub(super) fn altitude(given_m: Option<f64>, site: &Site) -> Result<Condition<f6
     Ok(Condition::new(here_m, "m", source, reason).with_uncertainty(spread_m))
 }
 
+/// A coordinate of a place: of the city that it was named by, or given.
+pub(super) fn coordinate(value: f64, site: &Site) -> Condition<f64> {
+    match site.city() {
+        Some(city) => {
+            let reason = format!("of {}, {}", city.name, city.country);
+            Condition::new(value, "deg", "GeoNames, www.geonames.org", reason)
+        }
+        None => Condition::given(value, "deg"),
+    }
+}
+
+/// What the position of the sun comes from.
+pub(super) fn spa(value: f64, unit: &'static str) -> Condition<f64> {
+    let source = "NREL SPA, Reda & Andreas 2004, doi:10.1016/j.solener.2003.12.003";
+    let reason = "from place and time; true, not refracted";
+    Condition::new(value, unit, source, reason)
+}
+
 pub(super) fn ozone(
     overrides: &Overrides,
     latitude_deg: f64,

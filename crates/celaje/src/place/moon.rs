@@ -147,6 +147,22 @@ impl MoonPosition {
     }
 }
 
+impl MoonPosition {
+    /// The phase in words; the quarters and new and full Moon are taken to last two days or so.
+    pub fn phase_name(&self) -> &'static str {
+        match (self.illuminated, self.waxing) {
+            (lit, _) if lit < 0.02 => "new Moon",
+            (lit, _) if lit > 0.98 => "full Moon",
+            (lit, true) if (0.4..=0.6).contains(&lit) => "first quarter",
+            (lit, false) if (0.4..=0.6).contains(&lit) => "last quarter",
+            (lit, true) if lit < 0.5 => "waxing crescent",
+            (lit, false) if lit < 0.5 => "waning crescent",
+            (_, true) => "waxing gibbous",
+            (_, false) => "waning gibbous",
+        }
+    }
+}
+
 /// Ecliptic longitude and latitude of the date \[deg\] and distance from the Earth's centre \[km\]; `t` in centuries of TT.
 fn geocentric(t: f64) -> (f64, f64, f64) {
     let mean_longitude = 218.316_447_7 + 481_267.881_234_21 * t - 0.001_578_6 * t * t;
@@ -261,7 +277,7 @@ mod tests {
         let (lat, lon) = (column("latitude_deg"), column("longitude_deg"));
         let (azimuth, elevation) = (column("azimuth_deg"), column("elevation_deg"));
         let (km, lit) = (column("distance_km"), column("illuminated"));
-        let mut worst = 0f64;
+        let (mut worst, mut squares, mut squares_km) = (0f64, 0.0, 0.0);
         for (i, time) in table.words("time").unwrap().into_iter().enumerate() {
             let site = Site::new(lat[i], lon[i], 0.0).unwrap();
             let moon = MoonPosition::at(&site, &time.parse().unwrap()).unwrap();
@@ -269,10 +285,15 @@ mod tests {
             let turn = turn * elevation[i].to_radians().cos();
             let off = turn.hypot(moon.elevation_deg - elevation[i]);
             worst = worst.max(off);
+            squares += off * off / km.len() as f64;
+            squares_km += (moon.distance_km - km[i]).powi(2) / km.len() as f64;
             assert!(off < 0.03, "{time} {i}: {off}°");
             assert!((moon.distance_km / km[i] - 1.0).abs() < 5e-4, "{time} {i}");
             assert!((moon.illuminated - lit[i]).abs() < 2e-3, "{time} {i}");
         }
-        println!("worst direction of the Moon: {worst:.4}°");
+        let (rms, rms_km) = (squares.sqrt(), squares_km.sqrt());
+        println!(
+            "direction of the Moon: rms {rms:.4}°, worst {worst:.4}°; distance: rms {rms_km:.1} km"
+        );
     }
 }

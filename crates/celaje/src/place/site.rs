@@ -24,7 +24,7 @@ impl Site {
     ///
     /// # Arguments
     /// * `latitude_deg` — north positive, −90 to 90
-    /// * `longitude_deg` — east positive, −180 to 360 (190 is the same as −170)
+    /// * `longitude_deg` — east positive, −360 to 360; kept in [−180, 180], where 190 is −170 and −190 is 170
     /// * `altitude_m` — of the ground above sea level, −500 to 9000; exactly 0 stands for unknown where conditions are
     ///   looked for, which then take the map's. An observer above the ground is not a
     ///   matter of the site but of the view.
@@ -33,16 +33,16 @@ impl Site {
     /// [`crate::Error::OutOfRange`], also for NaN.
     pub fn new(latitude_deg: f64, longitude_deg: f64, altitude_m: f64) -> Result<Self> {
         check_range("latitude", latitude_deg, "deg", -90.0..=90.0)?;
-        check_range("longitude", longitude_deg, "deg", -180.0..=360.0)?;
+        check_range("longitude", longitude_deg, "deg", -360.0..=360.0)?;
         check_range("altitude", altitude_m, "m", Self::ALTITUDE_RANGE_M)?;
-        let turns_west = longitude_deg > 180.0;
+        let turn = match longitude_deg {
+            east if east > 180.0 => -360.0,
+            west if west < -180.0 => 360.0,
+            _ => 0.0,
+        };
         Ok(Self {
             latitude_deg,
-            longitude_deg: if turns_west {
-                longitude_deg - 360.0
-            } else {
-                longitude_deg
-            },
+            longitude_deg: longitude_deg + turn,
             altitude_m,
             city: None,
         })
@@ -86,6 +86,15 @@ impl Site {
                 "write latitude and longitude as 41.65,-0.88, or the name of a city",
             )),
         }
+    }
+
+    /// The same place with its ground at another altitude \[m\], −500 to 9000.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`], also for NaN.
+    pub fn at_altitude(self, altitude_m: f64) -> Result<Self> {
+        check_range("altitude", altitude_m, "m", Self::ALTITUDE_RANGE_M)?;
+        Ok(Self { altitude_m, ..self })
     }
 
     /// The city by whose name the place was given.
@@ -132,9 +141,22 @@ mod tests {
             "latitude = 91 deg is outside [-90, 90]"
         );
         assert!(Site::new(f64::NAN, 0.0, 0.0).is_err());
-        assert!(Site::new(0.0, -181.0, 0.0).is_err());
+        assert!(Site::new(0.0, -361.0, 0.0).is_err());
         assert!(Site::new(0.0, f64::INFINITY, 0.0).is_err());
         assert!(Site::new(0.0, 0.0, 20_000.0).is_err());
-        assert_eq!(Site::new(0.0, 190.0, 0.0).unwrap().longitude_deg(), -170.0);
+    }
+
+    #[test]
+    fn longitudes_go_around() {
+        for (given, kept) in [
+            (190.0, -170.0),
+            (-190.0, 170.0),
+            (360.0, 0.0),
+            (180.0, 180.0),
+            (-180.0, -180.0),
+        ] {
+            let site = Site::new(0.0, given, 0.0).unwrap();
+            assert_eq!(site.longitude_deg(), kept);
+        }
     }
 }

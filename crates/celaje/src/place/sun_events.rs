@@ -166,6 +166,19 @@ impl SunTimes {
 }
 
 impl SunEvent {
+    /// Its name as a key, with underscores.
+    pub(crate) fn key(self) -> &'static str {
+        match self {
+            Self::AstronomicalDawn => "astronomical_dawn",
+            Self::NauticalDawn => "nautical_dawn",
+            Self::CivilDawn => "civil_dawn",
+            Self::CivilDusk => "civil_dusk",
+            Self::NauticalDusk => "nautical_dusk",
+            Self::AstronomicalDusk => "astronomical_dusk",
+            Self::Sunrise | Self::Noon | Self::Sunset => self.name(),
+        }
+    }
+
     fn is_morning(self) -> bool {
         matches!(
             self,

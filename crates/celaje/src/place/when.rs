@@ -49,7 +49,8 @@ pub fn parse_time_at(text: &str, site: &Site, local: bool, now: &Instant) -> Res
     };
     let clock = rest.strip_prefix(['T', 't']).unwrap_or(rest).trim_start();
     if date.is_some() && clock.starts_with(|c: char| c.is_ascii_digit()) {
-        return if local {
+        let has_offset = clock.contains(['Z', 'z', '+', '-', '−']);
+        return if local && !has_offset {
             by_clock(text, site)
         } else {
             text.parse()
@@ -70,18 +71,42 @@ pub fn parse_time_at(text: &str, site: &Site, local: bool, now: &Instant) -> Res
     base.later_by(offset_s)
 }
 
-/// A date in front (as year, month, day) and what follows it.
+/// An instant by the clocks of a time zone of the IANA database: `2026-06-21T20:30:00+02:00`.
+///
+/// # Errors
+/// [`Error::Invalid`] for a zone that does not exist.
+pub fn local_time(instant: &Instant, zone: &str) -> Result<String> {
+    let beyond = |e: jiff::Error| Error::invalid(format!("no time in {zone}: {e}"), "take UTC");
+    let zone = time_zone(zone)?;
+    let seconds = instant.unix_seconds();
+    let stamp = Timestamp::from_second(seconds.floor() as i64).map_err(beyond)?;
+    let offset_s = f64::from(zone.to_offset(stamp).seconds());
+    let clock = instant.later_by(offset_s)?.to_string();
+    let (sign, minutes) = (
+        if offset_s < 0.0 { '-' } else { '+' },
+        offset_s.abs() / 60.0,
+    );
+    let (hours, minutes) = ((minutes / 60.0).floor(), (minutes % 60.0).floor());
+    let clock = clock.trim_end_matches('Z');
+    Ok(format!("{clock}{sign}{hours:02}:{minutes:02}"))
+}
+
+/// A date in front (as year, month, day) and what follows it; years may be of any length and negative, to be refused by range.
 fn split_date(text: &str) -> Option<((i64, i64, i64), &str)> {
-    let date = text.get(..10)?;
-    let mut parts = date.split('-');
-    let mut number = |digits: usize| {
-        let part = parts.next().filter(|p| p.len() == digits)?;
-        part.bytes()
-            .all(|b| b.is_ascii_digit())
-            .then(|| part.parse().ok())?
+    let unsigned = text.strip_prefix(['-', '−']);
+    let sign = if unsigned.is_some() { -1 } else { 1 };
+    let mut parts = unsigned.unwrap_or(text).splitn(3, '-');
+    let number = |digits: &str| {
+        let plain = !digits.is_empty() && digits.len() <= 9;
+        (plain && digits.bytes().all(|b| b.is_ascii_digit())).then(|| digits.parse::<i64>().ok())?
     };
-    let (year, month, day) = (number(4)?, number(2)?, number(2)?);
-    Some(((year, month, day), text.get(10..)?))
+    let (year, month, rest) = (parts.next()?, parts.next()?, parts.next()?);
+    let day = rest.get(..2)?;
+    if month.len() != 2 {
+        return None;
+    }
+    let date = (sign * number(year)?, number(month)?, number(day)?);
+    Some((date, rest.get(2..)?))
 }
 
 /// `sunset+1h30min` as the word and the seconds.
@@ -125,20 +150,20 @@ fn zone(site: &Site) -> Result<Option<TimeZone>> {
     let Some(name) = site.time_zone() else {
         return Ok(None);
     };
-    let found = TimeZone::get(name).map_err(|e| {
+    time_zone(name).map(Some)
+}
+
+fn time_zone(name: &str) -> Result<TimeZone> {
+    TimeZone::get(name).map_err(|e| {
         Error::invalid(
             format!("the time zone {name} is not known: {e}"),
             "give the time in UTC: 2026-06-21T18:30Z",
         )
-    });
-    found.map(Some)
+    })
 }
 
-/// A time without an offset, by the clock of the place; with one it needs no clock.
+/// A time without an offset, by the clock of the place.
 fn by_clock(text: &str, site: &Site) -> Result<Instant> {
-    if let Ok(instant) = text.parse::<Instant>() {
-        return Ok(instant);
-    }
     let fields: Instant = format!("{text}Z").parse()?;
     let zone = zone(site)?.ok_or_else(|| {
         Error::invalid(
@@ -273,6 +298,22 @@ mod tests {
         assert!(sunrise.starts_with("2026-06-20T19:2"), "{sunrise}");
     }
 
+    /// Dates outside the years there are name them, in every form of a time.
+    #[test]
+    fn years_are_told() {
+        let zaragoza = Site::named("Zaragoza").unwrap();
+        for year in ["-1", "-0001", "0", "1850", "1899", "2101", "20260"] {
+            for time in ["T12:00Z", "T12:00", " 12:00+02:00", " sunset", " noon+1h"] {
+                let text = format!("{year}-06-21{time}");
+                let e = read(&text, &zaragoza, true).unwrap_err().to_string();
+                assert!(
+                    e.starts_with("year = ") && e.contains("[1900, 2100]"),
+                    "{text}: {e}"
+                );
+            }
+        }
+    }
+
     #[test]
     fn what_cannot_be_is_told() {
         let longyearbyen = Site::new(78.22, 15.65, 0.0).unwrap();
@@ -289,7 +330,8 @@ mod tests {
             "sunset+10parsec",
             "+10min",
             "2026-06-21",
-            "1899-01-01 noon",
+            "2026-6-21 noon",
+            "2026-06-2 noon",
             "2026-02-30 noon",
             "é€",
             "2026-06-21T25:00",
