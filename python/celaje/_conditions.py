@@ -72,7 +72,9 @@ class Conditions:
     aerosol : Condition
         Name of the aerosol; ``"climate"``: the mixture that was found.
     aod_550 : Condition
-        Vertical optical depth of the tropospheric aerosol at 550 nm. [1]
+        Vertical optical depth of the tropospheric aerosol at 550 nm; NaN where one of the next two sets it. [1]
+    visibility_km, tabulated_factor : Condition or None
+        What sets the amount of aerosol if it was given so, once the sky is composed.
     stratosphere, mesosphere : Condition
         Names of the upper aerosols.
     humidity_percent : Condition
@@ -93,8 +95,6 @@ class Conditions:
         Instants of the day around the time; their value is None if they do not happen, and the reason says why.
     sunset, civil_dusk, nautical_dusk, astronomical_dusk : Condition or None
         The same.
-    visibility_km, tabulated_factor : Condition or None
-        What sets the amount of aerosol if it was given so; the ``aod_550`` above is then not in use.
     """
 
     altitude_m: Condition[float]
@@ -107,11 +107,11 @@ class Conditions:
     water_mm: Condition[float]
     co2_ppm: Condition[float]
     aerosol: Condition[str]
+    aod_550: Condition[float]
     stratosphere: Condition[str]
     mesosphere: Condition[str]
     humidity_percent: Condition[float]
     albedo: Condition[float]
-    aod_550: Condition[float] | None = None
     latitude_deg: Condition[float] | None = None
     longitude_deg: Condition[float] | None = None
     time: Condition[datetime] | None = None
@@ -146,7 +146,9 @@ class Conditions:
                 known = datetime.fromisoformat(str(value).replace("Z", "+00:00"))
             rows.append((key, text, Condition(known, unit, uncertainty, source, reason)))
         names = {field.name for field in fields(Conditions)}
-        found: dict[str, Any] = {key: condition for key, _, condition in rows if key in names}
+        unset = Condition(float("nan"), "", None, "user", "set by another word when the sky is composed")
+        found: dict[str, Any] = {"aod_550": unset}
+        found |= {key: condition for key, _, condition in rows if key in names}
         return Conditions(**found, _rows=tuple(rows))
 
     def __iter__(self) -> Iterator[tuple[str, Condition[Any]]]:
