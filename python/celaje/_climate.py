@@ -70,8 +70,8 @@ def climate(
     ----------
     at : (float, float) or str, or a list of them
         Latitude (-90 to 90, north positive) and longitude (-360 to 360, east positive) [deg], also as text
-        ``"41.65,-0.88"``, or the name of a city: ``"Zaragoza"``, ``"Córdoba, Argentina"``. An array of shape (n, 2) is a
-        list of coordinates.
+        ``"41.65,-0.88"``, or the name of a city: ``"Zaragoza"``, ``"Córdoba, Argentina"``. An array of shape (n, 2) is
+        a list of coordinates.
     time : str, datetime or datetime64, or a list or an array of them
         Instant, 1900 to 2100: ``"2026-06-21T18:30Z"``, a datetime with a time zone, a datetime64 (which is UTC); or
         ``"now"``, ``"sunset"``, ``"2026-06-21 civil dusk-10min"``, by the calendar of the place.
@@ -156,7 +156,11 @@ def _is_place(at: object) -> bool:
     if isinstance(at, str):
         return True
     number = (int, float, np.integer, np.floating)
-    return isinstance(at, (tuple, list, np.ndarray)) and len(at) == 2 and all(isinstance(x, number) for x in at)
+    return (
+        isinstance(at, (tuple, list, np.ndarray))
+        and len(at) == 2
+        and all(isinstance(x, number) for x in at)
+    )
 
 
 def _place(at: object) -> Place:
@@ -167,7 +171,7 @@ def _place(at: object) -> Place:
             f"the place {at!r} is not understood",
             'give latitude and longitude in degrees, such as at=(41.65, -0.88), or a city: at="Zaragoza"',
         )
-    latitude, longitude = at  # type: ignore[misc]
+    latitude, longitude = np.asarray(at, dtype=np.float64)
     return float(latitude), float(longitude)
 
 
@@ -188,9 +192,11 @@ def _instant(time: object, local: bool) -> str:
 
 def _listed(name: str, values: object) -> list[Any]:
     try:
-        listed = list(values)  # type: ignore[call-overload]
+        listed: list[Any] = list(values)  # type: ignore[call-overload]
     except TypeError:
-        example = 'at=(41.65, -0.88) or at="Zaragoza"' if name == "at" else 'time="2026-06-21T18:30Z"'
+        example = (
+            'at=(41.65, -0.88) or at="Zaragoza"' if name == "at" else 'time="2026-06-21T18:30Z"'
+        )
         raise InvalidInputError(
             f"{name} = {values!r} is not understood", f"give {example}, or a list of such"
         ) from None

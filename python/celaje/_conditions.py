@@ -146,7 +146,9 @@ class Conditions:
                 known = datetime.fromisoformat(str(value).replace("Z", "+00:00"))
             rows.append((key, text, Condition(known, unit, uncertainty, source, reason)))
         names = {field.name for field in fields(Conditions)}
-        unset = Condition(float("nan"), "", None, "user", "set by another word when the sky is composed")
+        unset = Condition(
+            float("nan"), "", None, "user", "set by another word when the sky is composed"
+        )
         found: dict[str, Any] = {"aod_550": unset}
         found |= {key: condition for key, _, condition in rows if key in names}
         return Conditions(**found, _rows=tuple(rows))
@@ -158,7 +160,7 @@ class Conditions:
     def __repr__(self) -> str:
         lines = [("CONDITION", "VALUE", "±", "UNIT", "REASON [SOURCE]")]
         for key, text, c in self._rows:
-            spread = "" if c.uncertainty is None else f"{c.uncertainty:.2g}"
+            spread = "" if c.uncertainty is None else _two_digits(c.uncertainty)
             lines.append((key, text, spread, c.unit, f"{c.reason} [{c.source}]"))
         return _aligned(lines)
 
@@ -174,7 +176,7 @@ class Conditions:
 
     def xarray(self) -> xarray.Dataset:
         """Every condition as a scalar of a dataset, with its unit, source and reason; needs ``celaje[xarray]``."""
-        module = _xarray()
+        dataset = _dataset()
         data = {}
         for name, c in self:
             value = c.value
@@ -184,13 +186,13 @@ class Conditions:
                 value = value.isoformat()
             elif isinstance(value, datetime):
                 value = _datetime64(value)
-            attributes = {"source": c.source, "reason": c.reason}
+            attributes: dict[str, object] = {"source": c.source, "reason": c.reason}
             if not isinstance(value, (str, np.datetime64)):
                 attributes["units"] = _cf_unit(c.unit)
             if c.uncertainty is not None:
                 attributes["uncertainty"] = c.uncertainty
             data[name] = ((), value, attributes)
-        return module.Dataset(data, attrs=_attributes())
+        return dataset(data, attrs=_attributes())
 
     def metadata(self) -> list[tuple[str, str]]:
         """Name and text of each condition and of its reason, as files of pictures keep them."""
@@ -260,7 +262,11 @@ class Climate(Mapping[str, NDArray[Any]]):
                 least, mean, most = (f"{f(values):.5g}" for f in (np.min, np.mean, np.max))
             else:
                 names, counts = np.unique(values, return_counts=True)
-                least, mean, most = "", str(names[np.argmax(counts)]), f"{names.size} kinds"
+                least, mean, most = (
+                    "",
+                    str(names[np.argmax(counts)]),
+                    f"{names.size} kind{'s' * (names.size > 1)}",
+                )
             lines.append((name, least, mean, most, f"{self.unit[name]} [{self.source[name]}]"))
         return f"{head}\n{_aligned(lines)}"
 
@@ -276,7 +282,7 @@ class Climate(Mapping[str, NDArray[Any]]):
 
     def xarray(self) -> xarray.Dataset:
         """A dataset over `dims`, with units and sources; needs ``celaje[xarray]``."""
-        module = _xarray()
+        dataset = _dataset()
         data = {}
         for name, values in self._values.items():
             of = name.removesuffix("_uncertainty")
@@ -304,7 +310,7 @@ class Climate(Mapping[str, NDArray[Any]]):
         else:
             times = self.time[0] if shared else self.time[:, 0]
             coordinates["time" if shared else "instant"] = (() if shared else along, times)
-        return module.Dataset(data, coordinates, attrs=_attributes())
+        return dataset(data, coordinates, attrs=_attributes())
 
 
 class _MissingError(UnknownNameError, KeyError):
@@ -333,11 +339,16 @@ def _attributes() -> dict[str, str]:
     return {"Conventions": "CF-1.11", "source": f"celaje {_core.__version__}"}
 
 
-def _xarray() -> Any:
+def _two_digits(value: float) -> str:
+    """A positive number to two digits, never with an exponent above."""
+    return f"{value:.0f}" if value >= 10.0 else f"{value:.2g}"
+
+
+def _dataset() -> type[xarray.Dataset]:
     try:
         import xarray
     except ImportError:
         raise InvalidInputError(
             "xarray is not installed", 'install it: pip install "celaje[xarray]"'
         ) from None
-    return xarray
+    return xarray.Dataset

@@ -26,7 +26,9 @@ def test_places_and_times_have_the_words_of_the_command() -> None:
     assert c.sunset is not None
     sunset = c.sunset.value
     assert sunset is not None
-    later = celaje.sky(at="Zaragoza", time="2026-06-21 sunset+10min", wavelengths=[550.0]).conditions
+    later = celaje.sky(
+        at="Zaragoza", time="2026-06-21 sunset+10min", wavelengths=[550.0]
+    ).conditions
     assert later is not None
     assert later.time is not None
     assert abs(later.time.value - sunset - timedelta(minutes=10)) < timedelta(seconds=1)
@@ -84,6 +86,8 @@ def test_conditions_are_a_table_a_dict_and_a_dataset() -> None:
     assert len(lines) == 1 + len(list(c))
     ozone = next(line for line in lines if line.startswith("ozone_du"))
     assert ozone.split()[1:4] == [f"{c.ozone_du.value:.1f}", f"{c.ozone_du.uncertainty:.2g}", "DU"]
+    altitude = next(line for line in lines if line.startswith("altitude_m"))
+    assert altitude.split()[2] == f"{c.altitude_m.uncertainty:.0f}"
     table = c.to_dict()
     assert list(table) == [name for name, _ in c]
     assert set(table["aod_550"]) == {"value", "unit", "uncertainty", "source", "reason"}
@@ -104,7 +108,7 @@ def test_conditions_are_a_table_a_dict_and_a_dataset() -> None:
 
 
 def test_many_places_and_times() -> None:
-    places = ["Oslo, Norway", PLACE, (-90.0, 0.0)]
+    places: list[str | tuple[float, float]] = ["Oslo, Norway", PLACE, (-90.0, 0.0)]
     times = ["2026-01-16T12:00Z", JULY]
     table = celaje.climate(places, times, altitude=100)
     assert table.dims == ("place", "time")

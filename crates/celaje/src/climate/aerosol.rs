@@ -218,7 +218,13 @@ pub fn aerosol_climate(
     let left = left_of_layers + low / fitted * (left_of_low - left_of_layers);
     let tropospheric = regional - stratospheric_aod_550;
     mixture.share = shares(&mixture, &gads.extinction, altitude_m);
-    mixture.nearest_type = nearest_type(&mixture, latitude_deg, altitude_m - region_m);
+    let of_poles = ["arctic", "antarctic"].map(|name| {
+        let own = mixture.layers.iter().filter(|l| l.name == name);
+        let depths = own.map(|l| gads.extinction.layer(l, humidity, altitude_m));
+        depths.sum::<f64>() / above(altitude_m, true).max(f64::MIN_POSITIVE)
+    });
+    let above_region_m = altitude_m - region_m;
+    mixture.nearest_type = nearest_type(&mixture, of_poles, latitude_deg, above_region_m);
     Ok(AerosolClimate {
         aod_550: tropospheric * left,
         aod_550_uncertainty: mixed(FIT_RMS, PLATEAU_AOD[1]) * left.min(1.0),
@@ -401,14 +407,21 @@ fn shares(mixture: &AerosolMixture, extinction: &Extinction, altitude_m: f64) ->
 
 /// The AIAA type most like a mixture, by what its optical depth is made of.
 ///
-/// `above_m` is the height of the place above the ground of its region.
-fn nearest_type(mixture: &AerosolMixture, latitude_deg: f64, above_m: f64) -> &'static str {
+/// `of_poles` are the parts of the arctic and the antarctic mixing layer in it, `above_m` is the height of the place above the
+/// ground of its region.
+fn nearest_type(
+    mixture: &AerosolMixture,
+    of_poles: [f64; 2],
+    latitude_deg: f64,
+    above_m: f64,
+) -> &'static str {
     let [mineral, salt, soot, _] = mixture.share;
-    if latitude_deg < -66.5 {
+    let [arctic, antarctic] = of_poles;
+    if latitude_deg < -66.5 || antarctic > 0.4 {
         "antarctic"
     } else if above_m > 1500.0 {
         "background"
-    } else if latitude_deg > 66.5 {
+    } else if latitude_deg > 66.5 || arctic > 0.4 {
         "arctic"
     } else if mineral > 0.5 {
         "desert"

@@ -41,6 +41,8 @@ fn each_kind_of_place_has_its_type() {
         ("Mauna Loa", 19.54, -155.58, 3397.0, "background"),
         ("Beijing", 39.98, 116.38, 92.0, "urban"),
         ("Arctic Ocean", 85.0, 0.0, 0.0, "arctic"),
+        ("Southern Ocean by the ice", -64.0, 80.0, 0.0, "antarctic"),
+        ("Southern Ocean", -50.0, 80.0, 0.0, "maritime-clean"),
     ] {
         let found = at(lat, lon, altitude_m, july);
         let (mixture, share) = (&found.mixture, found.mixture.share);
