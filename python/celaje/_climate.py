@@ -112,7 +112,7 @@ def climate(
     >>> table["ozone_du"].shape, table.dims
     ((8760,), ('time',))
     >>> celaje.climate(at=["Oslo, Norway", (0, -150)], time="2026-06-21 noon")["aerosol_type"].tolist()
-    ['rural', 'maritime-clean']
+    ['maritime-polluted', 'maritime-clean']
     """
     one_place, one_time = _is_place(at), isinstance(time, (str, datetime, np.datetime64))
     given = _words(words)

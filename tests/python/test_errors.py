@@ -26,7 +26,7 @@ NAN = float("nan")
         ({"at": PLACE, "time": "-0001-06-21T18:30Z"}, celaje.OutOfRangeError, "year = -1"),
         ({"at": PLACE, "time": "3000-06-21T18:30Z"}, celaje.OutOfRangeError, "year = 3000"),
         ({"at": PLACE, "time": 2026}, celaje.InvalidInputError, "the time 2026"),
-        ({"at": "nowhere", "time": TIME}, celaje.InvalidInputError, "the place 'nowhere'"),
+        ({"at": "nowhere", "time": TIME}, celaje.InvalidInputError, "no city 'nowhere'"),
         ({"at": PLACE}, celaje.InvalidInputError, "no time"),
         ({"time": TIME}, celaje.InvalidInputError, "no place"),
         ({}, celaje.InvalidInputError, "neither place nor sun"),
