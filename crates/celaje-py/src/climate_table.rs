@@ -32,6 +32,7 @@ impl Times {
 }
 
 type Number = (&'static str, fn(&climate::Conditions) -> &Condition<f64>);
+type OfMoon = (&'static str, fn(&MoonPosition) -> f64);
 type Name = (&'static str, fn(&climate::Conditions) -> &str);
 
 /// Conditions that are numbers, by the names of their fields.
@@ -49,7 +50,7 @@ const NUMBERS: [Number; 10] = [
 ];
 
 /// The Moon's numbers.
-const MOON: [(&str, fn(&MoonPosition) -> f64); 5] = [
+const MOON: [OfMoon; 5] = [
     ("moon_elevation_deg", |m| m.elevation_deg),
     ("moon_azimuth_deg", |m| m.azimuth_deg),
     ("moon_distance_km", |m| m.distance_km),

@@ -3,7 +3,7 @@
 use celaje::climate::{self, Albedo, ConditionRow, ConditionValue, Overrides, OzoneClimate};
 use celaje::composition::aerosol::AerosolType;
 use celaje::composition::upper::{Mesosphere, Stratosphere};
-use celaje::place::{parse_time, Instant, Site};
+use celaje::place::{parse_time, Site};
 use celaje::{Error, WavelengthGrid};
 use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;
