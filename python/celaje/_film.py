@@ -123,7 +123,7 @@ class Film:
         """Write a file, whole or not at all, in the format that its extension names.
 
         ``.png`` is for display (tone and exposure applied), ``.exr`` holds linear sRGB and the radiance at every
-        wavelength with its variance, ``.hdr`` linear sRGB.
+        wavelength with its variance, ``.hdr`` linear sRGB, ``.nc`` what :meth:`xarray` gives, as NetCDF.
 
         Parameters
         ----------
@@ -147,6 +147,7 @@ class Film:
             observer=str(observer),
             tone=tone,
             exposure=exposure,
+            view=self._sensor,
             metadata=list(self.metadata.items()),
         )
 

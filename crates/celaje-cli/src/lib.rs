@@ -1,10 +1,11 @@
-//! The command line of celaje: `celaje render`, `radiance`, `irradiance`, `explain`, `list`.
+//! The command line of celaje: `celaje render`, `radiance`, `irradiance`, `explain`, `atmosphere`, `list`.
 //!
 //! [`run`] is the whole command; the program `celaje` and the Python package both call it. Data go to stdout and
 //! into files, everything else to stderr. Everything that a user can get wrong is checked before any work begins.
 //!
 //! One file per command; `options` holds what they share, `scene` turns a scene file into options.
 
+mod atmosphere;
 mod explain;
 mod failure;
 mod interrupt;
@@ -46,6 +47,7 @@ enum Command {
     Radiance(radiance::RadianceArgs),
     Irradiance(irradiance::IrradianceArgs),
     Explain(explain::ExplainArgs),
+    Atmosphere(atmosphere::AtmosphereArgs),
     List(list::ListArgs),
 }
 
@@ -89,6 +91,7 @@ fn dispatch(args: &[OsString]) -> Result<(), Failure> {
         Command::Radiance(args) => radiance::run(&args),
         Command::Irradiance(args) => irradiance::run(&args),
         Command::Explain(args) => explain::run(&args),
+        Command::Atmosphere(args) => atmosphere::run(&args),
         Command::List(args) => list::run(&args),
     }
 }

@@ -437,7 +437,7 @@ impl Colour {
 }
 
 /// `START:STOP:STEP`, or a list with commas.
-fn wavelengths(text: &str) -> Result<WavelengthGrid, Failure> {
+pub fn wavelengths(text: &str) -> Result<WavelengthGrid, Failure> {
     let separator = if text.contains(':') { ':' } else { ',' };
     let numbers: Option<Vec<f64>> = text
         .split(separator)

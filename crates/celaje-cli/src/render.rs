@@ -14,13 +14,14 @@ use crate::failure::Failure;
 use crate::interrupt;
 use crate::options::{Air, Colour, MethodOptions, Picture, Plan, View, WhereWhen};
 
-/// Render the sky to .png, .exr, .hdr
+/// Render the sky to .png, .exr, .hdr, .nc
 #[derive(Debug, Args)]
 #[command(
     allow_negative_numbers = true,
     after_help = "\
 .png shows (tone curve, exposure); .exr holds linear colours in cd/m2 and the spectral radiance at every wavelength in
-W m-2 sr-1 nm-1 with its variance; .hdr holds linear colours in cd/m2.
+W m-2 sr-1 nm-1 with its variance; .hdr holds linear colours in cd/m2; .nc is NetCDF with CF names: the same spectra, and
+where each pixel looks.
 
 Examples:
   celaje render --at -33.4,-70.6 --time 2026-06-21T09:30-04:00 -o dawn.png
@@ -31,7 +32,7 @@ pub struct RenderArgs {
     /// Scene file (TOML) with the words of these options; options given here win
     #[arg(value_name = "SCENE.toml")]
     scene: Option<PathBuf>,
-    /// File to write: .png, .exr or .hdr; may be given several times
+    /// File to write: .png, .exr, .hdr or .nc; may be given several times
     #[arg(short, long, value_name = "FILE", help_heading = "Output")]
     output: Vec<PathBuf>,
     #[command(flatten)]
@@ -76,7 +77,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         let metadata = metadata(&plan, &sky, sensor.as_ref());
         for path in &args.output {
             interrupt::check()?;
-            save(path, &film, &look, &metadata)?;
+            save(path, &film, &look, Some(sensor.as_ref()), &metadata)?;
         }
         eprintln!("{}", summary(&film, &plan, rendered_s));
         Ok(())
@@ -88,7 +89,7 @@ fn check_outputs(paths: &[PathBuf]) -> Result<(), Failure> {
     if paths.is_empty() {
         return Err(Failure::usage(
             "no file to write is given",
-            "add -o sky.png, -o sky.exr or -o sky.hdr",
+            "add -o sky.png, -o sky.exr, -o sky.hdr or -o sky.nc",
         ));
     }
     for (i, path) in paths.iter().enumerate() {

@@ -94,6 +94,10 @@ fn options(text: &str, command: &str, given: &ArgMatches) -> Result<Vec<OsString
         let Some(arg) = here.iter().find(|a| a.get_long() == Some(key)) else {
             continue;
         };
+        // The files of a scene are pictures.
+        if command == "atmosphere" && key == "output" {
+            continue;
+        }
         if !is_given(key) && !overruled(key) {
             words.extend(option(key, value, arg)?);
         }

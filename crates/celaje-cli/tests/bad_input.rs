@@ -266,8 +266,8 @@ fn files_are_checked_before_rendering() {
     let sky = [&ENDLESS[..], &["--sun-elevation", "30"]].concat();
     let with = |file: &'static str| [&sky[..], &["-o", file]].concat();
     refused(&sky, 2, "no file to write", "-o sky.png");
-    refused(&with("sky.jpg"), 2, "'.jpg'", ".png, .exr or .hdr");
-    refused(&with("sky"), 2, "no extension", ".png, .exr or .hdr");
+    refused(&with("sky.jpg"), 2, "'.jpg'", ".png, .exr, .hdr or .nc");
+    refused(&with("sky"), 2, "no extension", ".png, .exr, .hdr or .nc");
     refused(
         &with("missing/sky.png"),
         1,

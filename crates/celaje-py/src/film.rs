@@ -11,6 +11,7 @@ use numpy::{PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
 use crate::error::Outcome;
+use crate::sensor::Sensor;
 
 /// The film of some arrays; their shapes are checked by whatever is then done with it.
 fn film(
@@ -94,10 +95,12 @@ pub fn save(
     observer: &str,
     tone: &str,
     exposure: Option<f64>,
+    view: Option<&Sensor>,
     metadata: Vec<(String, String)>,
 ) -> Outcome<()> {
     image::check_target(&path)?;
     let film = film(&radiance, Some(&variance), &samples, &wavelength_nm)?;
     let look = look(observer, tone, exposure)?;
-    Ok(py.detach(|| image::save(&path, &film, &look, &metadata))?)
+    let view = view.map(|s| s.inner.as_ref() as &dyn celaje::sensor::Sensor);
+    Ok(py.detach(|| image::save(&path, &film, &look, view, &metadata))?)
 }

@@ -17,6 +17,7 @@ pub mod composition;
 pub mod error;
 pub mod film;
 pub mod image;
+pub mod inventory;
 pub mod irradiance;
 pub mod math;
 pub mod medium;

@@ -110,6 +110,31 @@ pub struct Composition {
     pub aerosol: AerosolOptics,
 }
 
+impl Composition {
+    /// What the air of some conditions holds, with an aerosol type whose amount, and whose layers above the tropopause, are
+    /// the conditions'.
+    ///
+    /// Where a visibility or a tabulated amount sets the optical depth, it is entered in the conditions.
+    ///
+    /// # Errors
+    /// As [`Sky::new`].
+    pub fn new(
+        conditions: &mut Conditions,
+        aerosol: &AerosolType,
+        wavelength: &WavelengthGrid,
+    ) -> Result<Self> {
+        let stratosphere = Stratosphere::named(&conditions.stratosphere.value)?;
+        let mut upper = stratosphere.layers(aerosol.upper_layers())?;
+        upper.extend(Mesosphere::named(&conditions.mesosphere.value)?.layers()?);
+        let aerosol = aerosol.clone().with_upper_layers(upper);
+        let mut aerosol = aerosol_optics(&aerosol, conditions.humidity_percent.value, wavelength)?;
+        let grid = grid_with_edges(conditions.altitude_m.value, &aerosol)?;
+        let air = AirProfile::of_conditions(conditions, &grid)?;
+        load_aerosol(&mut aerosol, conditions, &air)?;
+        Ok(Self { air, aerosol })
+    }
+}
+
 /// A sky.
 #[derive(Debug, Clone)]
 pub struct Sky {
@@ -175,17 +200,9 @@ impl Sky {
         wavelength: &WavelengthGrid,
         solar: SolarSpectrum,
     ) -> Result<Self> {
-        let ground_m = conditions.altitude_m.value;
-        let stratosphere = Stratosphere::named(&conditions.stratosphere.value)?;
-        let mut upper = stratosphere.layers(aerosol.upper_layers())?;
-        upper.extend(Mesosphere::named(&conditions.mesosphere.value)?.layers()?);
-        let aerosol = aerosol.clone().with_upper_layers(upper);
-        let mut aerosol = aerosol_optics(&aerosol, conditions.humidity_percent.value, wavelength)?;
-
-        let grid = grid_with_edges(ground_m, &aerosol)?;
-        let air = AirProfile::of_conditions(&conditions, &grid)?;
-        load_aerosol(&mut aerosol, &mut conditions, &air)?;
-        let medium = from_atmosphere(&air, &aerosol, wavelength, PLANET_RADIUS_M)?;
+        let composition = Composition::new(&mut conditions, aerosol, wavelength)?;
+        let (air, particles) = (&composition.air, &composition.aerosol);
+        let medium = from_atmosphere(air, particles, wavelength, PLANET_RADIUS_M)?;
 
         let position = conditions.sun()?;
         let distance_squared = position.distance_au() * position.distance_au();
@@ -205,7 +222,7 @@ impl Sky {
         let albedo = conditions.spectral_albedo(wavelength.nm())?;
         Ok(Self {
             conditions: Some(conditions),
-            composition: Some(Composition { air, aerosol }),
+            composition: Some(composition),
             medium,
             sun,
             albedo,

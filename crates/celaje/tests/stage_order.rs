@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 /// What every stage may import; each of these imports only those before it.
 const SHARED: [&str; 3] = ["error", "math", "spectrum"];
 
-/// The line, from left to right. The last two are the whole line in one value, and a use of it.
-const LINE: [&str; 12] = [
+/// The line, from left to right. The last three are the whole line in one value, and uses of it.
+const LINE: [&str; 13] = [
     "place",
     "climate",
     "composition",
@@ -22,6 +22,7 @@ const LINE: [&str; 12] = [
     "image",
     "sky",
     "irradiance",
+    "inventory",
 ];
 
 /// Plain values at which transport looks: they know no stage at all.

@@ -1,44 +1,61 @@
-//! Films to files: PNG, EXR, HDR.
+//! Films to files: PNG, EXR, HDR, NetCDF; and other files that are data.
 //!
 //! | file | holds | scale |
 //! |---|---|---|
 //! | `.png` | what a display shows: tone curve and exposure applied, RGBA | 0–1 |
 //! | `.exr` | linear sRGB for a preview, and the spectral radiance at every wavelength, as computed | cd m⁻²; W m⁻² sr⁻¹ nm⁻¹ |
 //! | `.hdr` | linear sRGB | cd m⁻² |
+//! | `.nc` | the spectral radiance at every wavelength with its variance, where each pixel looks | W m⁻² sr⁻¹ nm⁻¹ |
 //!
 //! A file appears whole or not at all: it is written under a temporary name in the same folder and then renamed.
 
 mod exr_file;
+mod film_dataset;
 mod hdr_file;
+pub mod netcdf;
 mod png_file;
+pub mod svg;
 mod target;
 
 use std::path::Path;
 
 pub use exr_file::{spectral_channel, write_exr};
+pub use film_dataset::{circumstances, global_attributes, CONVENTIONS};
 pub use hdr_file::write_hdr;
 pub use png_file::{write_png, PngDepth};
-pub use target::{check_target, remove_temporaries, Format};
+pub use target::{check_target, check_writable, remove_temporaries, save_text, Format};
 
 use crate::colour::Look;
 use crate::error::Result;
 use crate::film::Film;
+use crate::sensor::Sensor;
 
 /// Names and values kept in a file beside the picture: the conditions, the seed, what the sensor says of itself.
 pub type Metadata = [(String, String)];
 
 /// Writes a film in the format that the file's extension names.
 ///
-/// PNG with 8 bits; EXR with the variances if the film has any. The look's tone and exposure concern PNG only.
+/// PNG with 8 bits; EXR with the variances if the film has any. The look's tone and exposure concern PNG only; the
+/// sensor, if there is one, tells NetCDF where each pixel looks.
 ///
 /// # Errors
 /// [`crate::Error::File`] for anything that goes wrong with the file, none of which is then left; what
 /// [`crate::colour::ColourImage`] refuses.
-pub fn save(path: &Path, film: &Film, look: &Look, metadata: &Metadata) -> Result<()> {
+pub fn save(
+    path: &Path,
+    film: &Film,
+    look: &Look,
+    view: Option<&dyn Sensor>,
+    metadata: &Metadata,
+) -> Result<()> {
     match Format::of(path)? {
         Format::Png => write_png(path, film, look, PngDepth::Eight, metadata),
         Format::Exr => write_exr(path, film, look.observer, metadata),
         Format::Hdr => write_hdr(path, film, look.observer, metadata),
+        Format::NetCdf => {
+            let dataset = film_dataset::film_dataset(film, view, metadata)?;
+            netcdf::write_netcdf(path, &dataset)
+        }
     }
 }
 
@@ -115,12 +132,26 @@ mod tests {
     fn every_format_is_written_and_leaves_nothing_else() {
         let folder = Folder::new("save");
         let film = film(5, 4, &[450.0, 550.0, 650.0]);
-        for name in ["a.png", "b.EXR", "c.hdr"] {
-            save(&folder.join(name), &film, &Look::default(), &metadata()).unwrap();
+        for name in ["a.png", "b.EXR", "c.hdr", "d.nc"] {
+            save(
+                &folder.join(name),
+                &film,
+                &Look::default(),
+                None,
+                &metadata(),
+            )
+            .unwrap();
             // Writing over an older file is allowed.
-            save(&folder.join(name), &film, &Look::default(), &metadata()).unwrap();
+            save(
+                &folder.join(name),
+                &film,
+                &Look::default(),
+                None,
+                &metadata(),
+            )
+            .unwrap();
         }
-        assert_eq!(folder.listing(), ["a.png", "b.EXR", "c.hdr"]);
+        assert_eq!(folder.listing(), ["a.png", "b.EXR", "c.hdr", "d.nc"]);
     }
 
     #[test]
@@ -128,11 +159,11 @@ mod tests {
         let folder = Folder::new("refused");
         let mut broken = film(5, 4, &[450.0, 550.0]);
         broken.radiance.pop();
-        for name in ["a.png", "b.exr", "c.hdr"] {
+        for name in ["a.png", "b.exr", "c.hdr", "d.nc"] {
             std::fs::write(folder.join(name), b"old").unwrap();
-            assert!(save(&folder.join(name), &broken, &Look::default(), &[]).is_err());
+            assert!(save(&folder.join(name), &broken, &Look::default(), None, &[]).is_err());
             assert_eq!(std::fs::read(folder.join(name)).unwrap(), b"old");
         }
-        assert_eq!(folder.listing(), ["a.png", "b.exr", "c.hdr"]);
+        assert_eq!(folder.listing(), ["a.png", "b.exr", "c.hdr", "d.nc"]);
     }
 }

@@ -16,7 +16,12 @@ pub enum Format {
     Exr,
     /// Radiance RGBE, linear.
     Hdr,
+    /// NetCDF, spectral, with the direction of each pixel.
+    NetCdf,
 }
+
+/// What to do about an unknown extension.
+const KNOWN: &str = "use .png, .exr, .hdr or .nc";
 
 impl Format {
     /// The format that a file's extension names, in upper or lower case.
@@ -31,15 +36,16 @@ impl Format {
             Some("png") => Ok(Self::Png),
             Some("exr") => Ok(Self::Exr),
             Some("hdr") => Ok(Self::Hdr),
+            Some("nc") => Ok(Self::NetCdf),
             Some(other) => Err(file_error(
                 path,
                 format!("no picture format has the extension '.{other}'"),
-                "use .png, .exr or .hdr",
+                KNOWN,
             )),
             None => Err(file_error(
                 path,
                 "the name has no extension to tell the format",
-                "use .png, .exr or .hdr",
+                KNOWN,
             )),
         }
     }
@@ -53,11 +59,27 @@ impl Format {
 /// [`Error::File`] with a hint.
 pub fn check_target(path: &Path) -> Result<Format> {
     let format = Format::of(path)?;
+    check_writable(path)?;
+    Ok(format)
+}
+
+/// Makes sure that a file of any kind can be written to a path: as [`check_target`], whatever the extension.
+///
+/// # Errors
+/// [`Error::File`] with a hint.
+pub fn check_writable(path: &Path) -> Result<()> {
     if path.is_dir() {
         return Err(file_error(path, "is a folder", "give the name of a file"));
     }
-    TempFile::create(path)?;
-    Ok(format)
+    TempFile::create(path).map(|_| ())
+}
+
+/// Writes text to a file, whole or not at all.
+///
+/// # Errors
+/// [`Error::File`]; an older file of that name is then untouched.
+pub fn save_text(path: &Path, text: &str) -> Result<()> {
+    write_whole(path, |out| out.write_all(text.as_bytes()))
 }
 
 /// Removes what this process has left half written beside a target, for a program that must end at once.
@@ -197,7 +219,7 @@ mod tests {
         assert_eq!(Format::of(Path::new("b.x.exr")).unwrap(), Format::Exr);
         for bad in ["sky", "sky.jpg", "sky.", ".png"] {
             let e = Format::of(Path::new(bad)).unwrap_err();
-            assert_eq!(e.hint(), "use .png, .exr or .hdr", "{bad}");
+            assert_eq!(e.hint(), KNOWN, "{bad}");
         }
     }
 

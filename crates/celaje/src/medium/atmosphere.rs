@@ -63,14 +63,18 @@ pub fn from_atmosphere(
     let mut medium = LayeredMedium::new(altitude_m, wavelength.nm(), planet_radius_m)?;
     // Air scatters; its gases absorb, some at the temperature of their own layer; together they are one species.
     let rayleigh = Rayleigh::new()?;
-    let xs_sca = rayleigh.xs_sca_on(wavelength, air.co2_ppm)?;
+    let xs_sca = air_scattering(air, wavelength)?;
     let depolarisation: Vec<f64> = wavelength
         .nm()
         .iter()
         .map(|&w| rayleigh.depolarisation(w))
         .collect();
     let sigma_s = outer(&air.air_number_density, &xs_sca);
-    let sigma_a = gas_absorption(air, wavelength)?;
+    let mut sigma_a = vec![0.0; sigma_s.len()];
+    for gas in gas_absorption(air, wavelength)? {
+        let pairs = sigma_a.iter_mut().zip(&gas.sigma_a);
+        pairs.for_each(|(sum, one)| *sum += one);
+    }
     medium.add(&sigma_s, &sigma_a, Phase::rayleigh(&depolarisation)?)?;
 
     for layer in aerosol.layers.iter().filter(|l| l.number_density_ref > 0.0) {
@@ -79,28 +83,66 @@ pub fn from_atmosphere(
     Ok(medium)
 }
 
-/// Absorption coefficient of all gases \[m⁻¹\], shape (altitude, wavelength).
+/// Scattering cross section of air \[m²\], shape (w,).
+///
+/// # Errors
+/// [`crate::Error::OutOfRange`] for wavelengths or carbon dioxide beyond the tables.
+pub fn air_scattering(air: &AirProfile, wavelength: &WavelengthGrid) -> Result<Vec<f64>> {
+    Rayleigh::new()?.xs_sca_on(wavelength, air.co2_ppm)
+}
+
+/// What one gas absorbs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GasAbsorption {
+    /// What it is called.
+    pub name: &'static str,
+    /// Molecules \[m⁻³\], shape (z,).
+    pub number_density: Vec<f64>,
+    /// Absorption coefficient \[m⁻¹\], shape (z, w).
+    pub sigma_a: Vec<f64>,
+}
+
+/// What each gas absorbs, along altitude and wavelength: ozone, nitrogen dioxide, water vapour, the bands of oxygen (and
+/// carbon dioxide), colliding pairs of oxygen.
 ///
 /// # Errors
 /// [`crate::Error::OutOfRange`] for temperatures or amounts beyond the tables.
-pub fn gas_absorption(air: &AirProfile, wavelength: &WavelengthGrid) -> Result<Vec<f64>> {
+pub fn gas_absorption(air: &AirProfile, wavelength: &WavelengthGrid) -> Result<Vec<GasAbsorption>> {
     let ozone = OzoneAbsorption::new(wavelength)?;
     let no2 = No2Absorption::new(wavelength)?;
     let bands = BandAbsorption::new(wavelength, air.water_column_mm())?;
     let xs_pairs = oxygen_pairs(wavelength)?;
-    let mut sigma_a = Vec::with_capacity(air.altitude_m.len() * wavelength.len());
-    for (i, &temperature_k) in air.temperature_k.iter().enumerate() {
-        let (xs_ozone, xs_no2) = (ozone.xs_abs(temperature_k)?, no2.xs_abs(temperature_k)?);
-        let oxygen = OXYGEN_SHARE * air.air_number_density[i];
-        sigma_a.extend((0..wavelength.len()).map(|w| {
-            air.ozone_number_density[i] * xs_ozone[w]
-                + air.no2_number_density[i] * xs_no2[w]
-                + air.water_number_density[i] * bands.xs_water[w]
-                + air.air_number_density[i] * bands.xs_mixed_per_air[w]
-                + oxygen * oxygen * xs_pairs[w]
-        }));
-    }
-    Ok(sigma_a)
+    let at_temperature = |density: &[f64], xs: &dyn Fn(f64) -> Result<Vec<f64>>| {
+        let mut sigma_a = Vec::with_capacity(density.len() * wavelength.len());
+        for (n, &temperature_k) in density.iter().zip(&air.temperature_k) {
+            sigma_a.extend(xs(temperature_k)?.iter().map(|x| n * x));
+        }
+        Ok::<_, crate::Error>(sigma_a)
+    };
+    let gas = |name, density: &[f64], sigma_a| GasAbsorption {
+        name,
+        number_density: density.to_vec(),
+        sigma_a,
+    };
+    let densities = &air.air_number_density;
+    let oxygen: Vec<f64> = densities.iter().map(|n| OXYGEN_SHARE * n).collect();
+    let squared: Vec<f64> = oxygen.iter().map(|n| n * n).collect();
+    let (o3, nitrogen, water) = (
+        &air.ozone_number_density,
+        &air.no2_number_density,
+        &air.water_number_density,
+    );
+    Ok(vec![
+        gas("ozone", o3, at_temperature(o3, &|t| ozone.xs_abs(t))?),
+        gas(
+            "nitrogen dioxide",
+            nitrogen,
+            at_temperature(nitrogen, &|t| no2.xs_abs(t))?,
+        ),
+        gas("water vapour", water, outer(water, &bands.xs_water)),
+        gas("oxygen", &oxygen, outer(densities, &bands.xs_mixed_per_air)),
+        gas("oxygen pairs", &oxygen, outer(&squared, &xs_pairs)),
+    ])
 }
 
 fn add_aerosol_layer(

@@ -9,7 +9,9 @@ mod columns;
 mod layered;
 mod ray;
 
-pub use atmosphere::{from_atmosphere, grid_with_edges};
+pub use atmosphere::{
+    air_scattering, from_atmosphere, gas_absorption, grid_with_edges, GasAbsorption,
+};
 pub(crate) use columns::{Columns, RayColumns, RayGeometry};
 pub use layered::LayeredMedium;
 pub use ray::{Ray, Span};
