@@ -366,3 +366,64 @@ fn scenes() {
     refused_in(folder.path(), &missing, 1, "none.toml", "exists");
     assert_eq!(listing(folder.path()), ["scene.toml"]);
 }
+
+/// The air is checked as a sky is, and its files before any work.
+#[test]
+fn nonsense_air_and_files_of_the_air() {
+    let beside = |more: &[&str], error: &str, hint: &str| {
+        let mut all = vec!["atmosphere", "--sun-elevation", "30"];
+        all.extend(more);
+        refused(&all, 2, error, hint);
+    };
+    for (option, value, error, hint) in [
+        ("--humidity", "99.5", "humidity = 99.5 %", "[0, 99]"),
+        ("--humidity", "-1", "humidity = -1 %", "[0, 99]"),
+        ("--humidity", "nan", "humidity = NaN %", "[0, 99]"),
+        ("--aod", "-0.1", "aod = -0.1", "[0, 10]"),
+        ("--turbidity", "-1", "turbidity = -1", "[0, 100]"),
+        ("--visibility", "0", "visibility = 0 km", "[0.1, 400]"),
+        ("--no2", "21", "no2 = 21 DU", "[0, 20]"),
+        ("--water", "-1", "water = -1 mm", "[0, 200]"),
+        ("--co2", "20000", "co2 = 20000 ppm", "[0, 10000]"),
+        ("--aerosol", "dessert", "aerosol 'dessert'", "'desert'"),
+        (
+            "--stratosphere",
+            "volcano",
+            "stratosphere 'volcano'",
+            "volcanic-fresh",
+        ),
+        ("--mesosphere", "snow", "mesosphere 'snow'", "dust-and-ice"),
+        (
+            "--wavelengths",
+            "270,550",
+            "wavelength = 270 nm",
+            "[280, 2500]",
+        ),
+        (
+            "--wavelengths",
+            "550,2600",
+            "wavelength = 2600 nm",
+            "[280, 2500]",
+        ),
+        ("--wavelengths", "550,450", "increase", ""),
+        ("-o", "air.png", "air.png", ".csv, .nc or .svg"),
+        ("-o", "air", "air", ".csv, .nc or .svg"),
+    ] {
+        beside(&[option, value], error, hint);
+    }
+    beside(&["-o", "a.nc", "-o", "a.nc"], "given twice", "once");
+    refused(
+        &[
+            "atmosphere",
+            "--sun-elevation",
+            "30",
+            "-o",
+            "missing/air.nc",
+        ],
+        1,
+        "does not exist",
+        "create the folder",
+    );
+    // Clearer than clean air can be.
+    beside(&["--visibility", "390"], "visibility = 390 km", "");
+}

@@ -44,12 +44,12 @@ fn attribute(image: &Exr, name: &str) -> String {
 fn pictures_of_every_format_say_how_they_came_about() {
     let folder = tempfile::tempdir().unwrap();
     let place = ["--at", "-33.4,-70.6", "--time", "2026-06-21T12:30-04:00"];
-    let files = ["-o", "a.png", "-o", "a.exr", "-o", "a.hdr"];
+    let files = ["-o", "a.png", "-o", "a.exr", "-o", "a.hdr", "-o", "a.nc"];
     let output = run_well(
         folder.path(),
         &small_with(&[&place[..], &files[..], &["--exposure", "-2"]].concat()),
     );
-    assert_eq!(listing(folder.path()), ["a.exr", "a.hdr", "a.png"]);
+    assert_eq!(listing(folder.path()), ["a.exr", "a.hdr", "a.nc", "a.png"]);
     assert!(output.stdout.is_empty());
     let said = stderr(&output);
     assert!(said.contains("16x16 pixels, 3 wavelengths in "), "{said}");
@@ -95,6 +95,19 @@ fn pictures_of_every_format_say_how_they_came_about() {
     let hdr = std::fs::read(folder.path().join("a.hdr")).unwrap();
     assert!(hdr.starts_with(b"#?RADIANCE\n"));
     assert!(String::from_utf8_lossy(&hdr).contains("celaje.seed=7\n"));
+    let nc = std::fs::read(folder.path().join("a.nc")).unwrap();
+    assert!(nc.starts_with(b"CDF\x02"));
+    // What it holds is read back by the Python tests.
+    let header = String::from_utf8_lossy(&nc[..20_000]).into_owned();
+    for word in [
+        "downwelling_radiance_per_unit_wavelength_in_air",
+        "radiation_wavelength",
+        "solar_zenith_angle",
+        "radiance_variance",
+        "ozone_du_reason",
+    ] {
+        assert!(header.contains(word), "{word}");
+    }
 }
 
 #[test]
@@ -441,4 +454,94 @@ fn a_full_disk_behind_stdout_is_told() {
     assert_eq!(output.status.code(), Some(1));
     assert!(stderr(&output).starts_with("error: standard output: "));
     assert!(run(folder.path(), &["list", "suns"]).status.success());
+}
+
+/// What the air is made of: tables for people, JSON for programs, files of all three kinds.
+#[test]
+fn atmosphere_tells_what_the_air_is_made_of() {
+    let folder = tempfile::tempdir().unwrap();
+    let words = [
+        "atmosphere",
+        "--sun-elevation",
+        "30",
+        "--aerosol",
+        "rural",
+        "--aod",
+        "0.3",
+    ];
+    let files = ["-o", "air.svg", "-o", "air.nc", "-o", "air.csv"];
+    let output = run_well(folder.path(), &[&words[..], &files[..]].concat());
+    let text = stdout(&output);
+    assert!(stderr(&output).is_empty());
+    assert_eq!(listing(folder.path()), ["air.csv", "air.nc", "air.svg"]);
+    let tables: Vec<&str> = text.split("\n\n").collect();
+    assert_eq!(tables.len(), 3, "{text}");
+    let header: Vec<&str> = tables[0]
+        .lines()
+        .nth(1)
+        .unwrap()
+        .split_whitespace()
+        .collect();
+    assert_eq!(header[..3], ["nm", "air", "ozone"]);
+    assert!(tables[0].contains("troposphere") && tables[0].contains("stratosphere"));
+    // Nothing of what is not there.
+    assert!(!tables[0].contains("nitrogen"));
+    let at_580 = tables[1]
+        .lines()
+        .find(|l| l.trim().starts_with("580"))
+        .unwrap();
+    let cells: Vec<f64> = at_580
+        .split_whitespace()
+        .map(|c| c.parse().unwrap())
+        .collect();
+    assert!(
+        (cells[1] - 0.29).abs() < 0.02 && (cells[2] - 0.90).abs() < 0.01,
+        "{at_580}"
+    );
+    let heights = tables[2]
+        .lines()
+        .skip(2)
+        .map(|l| l.split_whitespace().next().unwrap());
+    let km: Vec<f64> = heights.map(|c| c.parse().unwrap()).collect();
+    assert!(km[0] == 0.0 && km.windows(2).all(|z| z[0] < z[1]), "{km:?}");
+    for (file, start) in [
+        ("air.svg", "<svg"),
+        ("air.csv", "# altitude_m: 0\n"),
+        ("air.nc", "CDF"),
+    ] {
+        let bytes = std::fs::read(folder.path().join(file)).unwrap();
+        assert!(bytes.starts_with(start.as_bytes()), "{file}");
+    }
+
+    let json = ["--json", "--wavelengths", "440,550,870", "--no2", "0.5"];
+    let output = run_well(folder.path(), &[&words[..], &json[..]].concat());
+    let value: serde_json::Value = serde_json::from_str(&stdout(&output)).unwrap();
+    let depth = value["aerosol"]["optical_depth"][1].as_f64().unwrap();
+    // The optical depth that was asked for is the troposphere's; 0.005 of stratosphere comes on top.
+    assert!((depth - 0.305).abs() < 0.002, "{depth}");
+    let names: Vec<&str> = value["species"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|s| s["name"].as_str().unwrap())
+        .collect();
+    assert!(names.contains(&"nitrogen dioxide"), "{names:?}");
+}
+
+/// A scene's files are pictures: the air of the same scene is printed.
+#[test]
+fn atmosphere_takes_a_scene() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = "at = [41.65, -0.88]\ntime = 2026-06-21T18:30:00Z\noutput = [\"sky.png\"]\n";
+    std::fs::write(folder.path().join("scene.toml"), scene).unwrap();
+    let output = run_well(
+        folder.path(),
+        &["atmosphere", "scene.toml", "--wavelengths", "550"],
+    );
+    assert!(
+        stdout(&output).contains("continental"),
+        "{}",
+        stdout(&output)
+    );
+    assert_eq!(listing(folder.path()), ["scene.toml"]);
 }
