@@ -8,6 +8,7 @@ mod us76;
 
 pub use air::{AirProfile, AirState, Atmosphere, GasColumns, DOBSON_UNIT_M2, WATER_PER_MM_M2};
 pub use grid::{column, VerticalGrid};
+pub(crate) use grid::{keep_columns, with_middles};
 pub mod aerosol;
 pub mod opac;
 pub mod particle;

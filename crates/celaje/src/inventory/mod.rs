@@ -128,8 +128,7 @@ impl Inventory {
             });
         }
         for layer in &particles.layers {
-            let density = altitude_m.iter().map(|&z| layer.number_density(z));
-            let number_density: Vec<f64> = density.collect();
+            let number_density = layer.number_densities(altitude_m);
             let pairs = layer.xs_ext.iter().zip(&layer.xs_sca);
             let xs_abs: Vec<f64> = pairs.map(|(e, s)| (e - s).max(0.0)).collect();
             let phase = layer.matrix.iter().flat_map(|m| m.f11.iter().copied());

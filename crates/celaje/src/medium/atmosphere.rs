@@ -150,11 +150,7 @@ fn add_aerosol_layer(
     aerosol: &AerosolOptics,
     layer: &LayerOptics,
 ) -> Result<()> {
-    let density: Vec<f64> = medium
-        .altitude_m()
-        .iter()
-        .map(|&z| layer.number_density(z))
-        .collect();
+    let density = layer.number_densities(medium.altitude_m());
     if density.iter().all(|&d| d == 0.0) {
         return Ok(());
     }

@@ -9,6 +9,7 @@ use crate::composition::aerosol::{AerosolLayer, AerosolType, ParticleSource, Ver
 use crate::composition::opac;
 use crate::composition::particle::Particle;
 use crate::composition::upper::Spectrum;
+use crate::composition::{keep_columns, with_middles};
 use crate::error::{check_range, Error, Result};
 use crate::spectrum::WavelengthGrid;
 use rayon::prelude::*;
@@ -60,6 +61,13 @@ impl LayerOptics {
     /// Particles per m³ at an altitude above sea level \[m\].
     pub fn number_density(&self, altitude_m: f64) -> f64 {
         self.scale * self.number_density_ref * self.profile.relative(altitude_m)
+    }
+
+    /// Particles per m³ at nodes of altitude \[m\], such that what is linear between them keeps the layer's columns.
+    pub fn number_densities(&self, altitude_m: &[f64]) -> Vec<f64> {
+        let fine_m = with_middles(altitude_m);
+        let fine: Vec<f64> = fine_m.iter().map(|&z| self.number_density(z)).collect();
+        keep_columns(altitude_m, &fine)
     }
 
     /// Optical depth at 550 nm from an altitude \[m\] upwards.
