@@ -10,10 +10,10 @@ SOURCES := Cargo.toml Cargo.lock pyproject.toml setup.py \
 	$(shell find crates data python -type f \( -name '*.rs' -o -name '*.toml' -o -name '*.csv' -o -name '*.py' -o -name '*.pyi' \))
 
 .DEFAULT_GOAL := help
-.PHONY: help sky test check bench docs gallery accuracy prerequisites clean
+.PHONY: help sky test check bench bench-mie data docs gallery accuracy prerequisites clean
 
 help:  ## Show this help
-	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 sky: .venv/installed  ## Set everything up and render an evening sky over Zaragoza
 	$(BIN)/celaje render --at 41.65,-0.88 --time 2026-06-21T18:30Z -o sky.png -o sky.exr
@@ -34,7 +34,15 @@ accuracy: prerequisites  ## Run the long statistical tests, which make test leav
 	cargo test --locked --release -- --ignored
 
 bench: prerequisites  ## Measure kernels, and the time to a stated error
-	cargo bench --locked -p celaje --bench kernels --bench time_to_error
+	cargo bench --locked -p celaje --bench kernels --bench mie --bench time_to_error
+
+bench-mie: prerequisites  ## Measure Mie theory beside sasktran2's, which goes into target/sasktran2
+	$(PYTHON) -m venv target/sasktran2
+	target/sasktran2/bin/python -m pip --disable-pip-version-check --quiet install sasktran2
+	cargo bench --locked -p celaje --bench mie -- --python $(CURDIR)/target/sasktran2/bin/python
+
+data: prerequisites  ## Compute the shipped tables of particle optics anew (five minutes of processor time)
+	cargo run --locked --release -p celaje --example make_tables -- data/mie_tables
 
 gallery: .venv/installed-dev  ## Make every picture of the gallery anew (some minutes)
 	for script in $(filter-out %/common.py,$(wildcard docs/gallery/*.py)); do $(BIN)/python $$script || exit 1; done

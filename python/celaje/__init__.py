@@ -12,6 +12,7 @@ Examples
 (8, 8, 7)
 """
 
+from ._atmosphere import AerosolColumn, Atmosphere, Species
 from ._climate import climate
 from ._conditions import Climate, Condition, Conditions
 from ._core import __version__
@@ -27,11 +28,20 @@ from ._errors import (
 )
 from ._film import Film, Irradiance, Radiance
 from ._medium import Medium, Phase
-from ._optics import Aerosol, MieSphere, aerosol, component, mie, rayleigh_cross_section
-from ._sky import Atmosphere, Sky, sky
+from ._optics import (
+    Aerosol,
+    MieSphere,
+    SizeDistribution,
+    aerosol,
+    component,
+    mie,
+    rayleigh_cross_section,
+)
+from ._sky import Sky, sky
 
 __all__ = [
     "Aerosol",
+    "AerosolColumn",
     "Atmosphere",
     "CelajeError",
     "Climate",
@@ -48,7 +58,9 @@ __all__ = [
     "Phase",
     "Radiance",
     "ShapeMismatchError",
+    "SizeDistribution",
     "Sky",
+    "Species",
     "TooLargeError",
     "UnknownNameError",
     "__version__",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _core
 from ._arrays import Floats, as_float, vector
-from ._errors import InvalidInputError
+from ._errors import InvalidInputError, ShapeMismatchError
 
 _Optics = Callable[[str, float, Floats], tuple[Floats, Floats, Floats, Floats, Floats]]
 
@@ -26,27 +26,167 @@ class _AtWavelength:
     phase: Floats
 
 
-class Aerosol:
-    """Optics of an aerosol type or component; made by :func:`aerosol` and :func:`component`.
+@dataclass(frozen=True)
+class SizeDistribution:
+    """How large particles are: one log-normal mode or several, cut at two radii.
 
-    Every method takes a vacuum wavelength [nm], 280 to 2500, as a number (and returns one) or as an array of any shape
-    (and returns one like it). What was computed once is kept.
+    ``dN/dln r = Σ f_i / (√(2π) ln σ_i) exp(−½ [ln(r/r_i) / ln σ_i]²)``, not renormalised after the cut.
+
+    Attributes
+    ----------
+    r_mode_um : float or sequence of float
+        Mode (median) radius, 1e-5 to 1000, one per mode. [µm]
+    sigma : float or sequence of float
+        Geometric standard deviation, above 1, one per mode or one for all. [1]
+    number_fraction : float or sequence of float
+        Share of the particles, not negative and not all 0; need not add up to 1. [1]
+    r_min_um, r_max_um : float, optional
+        Smallest and largest radius; a thousandth of the smallest mode and a thousand times the largest by default,
+        within 1e-5 and 100. [µm]
+
+    Examples
+    --------
+    >>> import celaje
+    >>> fine_and_coarse = celaje.SizeDistribution([0.08, 0.5], [1.6, 2.0], number_fraction=[0.99, 0.01])
+    """
+
+    r_mode_um: float | Sequence[float]
+    sigma: float | Sequence[float]
+    number_fraction: float | Sequence[float] = 1.0
+    r_min_um: float | None = None
+    r_max_um: float | None = None
+
+    def _modes(self) -> list[tuple[float, float, float]]:
+        """Number fraction, radius and width of each mode."""
+        radius = vector("r_mode_um", self.r_mode_um)
+        if radius.size == 0:
+            raise InvalidInputError("a size distribution without a mode", "give r_mode_um")
+        width = per_mode("sigma", self.sigma, radius.size)
+        share = per_mode("number_fraction", self.number_fraction, radius.size)
+        return list(zip(share.tolist(), radius.tolist(), width.tolist(), strict=True))
+
+    def _bounds(self) -> tuple[float, float]:
+        radius = vector("r_mode_um", self.r_mode_um)
+        low = max(1e-3 * float(radius.min()), 1e-5) if self.r_min_um is None else self.r_min_um
+        high = min(1e3 * float(radius.max()), 100.0) if self.r_max_um is None else self.r_max_um
+        return float(low), float(high)
+
+
+def per_mode(name: str, values: ArrayLike, count: int) -> Floats:
+    """One value per mode, from such an array or one number for all."""
+    array = vector(name, values)
+    if array.size not in (1, count):
+        raise ShapeMismatchError(
+            f"{name} has shape {array.shape}, expected ({count},), one value per mode",
+            "give one number, or one per mode",
+        )
+    return np.broadcast_to(array, (count,))
+
+
+class Aerosol:
+    """An aerosol: of one's own, or a type or component by name (:func:`aerosol`, :func:`component`).
+
+    One's own are homogeneous spheres of one kind of matter; Mie theory is worked out on the spot. For a sky:
+    ``celaje.sky(aerosol=..., aod_550=...)``. Every method takes a vacuum wavelength [nm], 280 to 2500, as a number
+    (and returns one) or as an array of any shape (and returns one like it). What was computed once is kept.
+
+    Parameters
+    ----------
+    refractive_index : complex, or (array_like, array_like)
+        ``n + ik``, ``k ≥ 0``: one for all wavelengths, or vacuum wavelengths [nm], increasing, and an index for each.
+        In between it is linear, below the first a cubic (flagged in ``sky.atmosphere.extrapolated``), above the last
+        an error. [1]
+    size_distribution : SizeDistribution
+        How large the particles are.
+    profile : float, or (array_like, array_like)
+        How they thin out: a scale height [m] up to the tropopause (13 km), or altitudes above sea level [m],
+        increasing, and relative number densities there: exponential in between, nothing outside.
+    name : str
+        What to call it.
 
     Attributes
     ----------
     name : str
-        Type or component.
+        What it is called.
     humidity : float
-        Relative humidity. [%]
+        Relative humidity; without effect on an aerosol of one's own. [%]
+
+    Raises
+    ------
+    OutOfRangeError, InvalidInputError, ShapeMismatchError
+        A negative ``k`` (the other sign convention is refused, not conjugated), ``sigma`` not above 1, bounds in the
+        wrong order, fractions that are negative or all 0, altitudes that do not increase.
+
+    Examples
+    --------
+    >>> import celaje
+    >>> smoke = celaje.Aerosol(
+    ...     refractive_index=1.52 + 0.02j,
+    ...     size_distribution=celaje.SizeDistribution(r_mode_um=0.08, sigma=1.6),
+    ...     profile=([0, 2000, 3000, 5000], [0.1, 0.2, 1.0, 0.0]),
+    ...     name="smoke",
+    ... )
+    >>> round(smoke.ssa(550.0), 2), round(smoke.asymmetry(550.0), 2)
+    (0.91, 0.61)
+    >>> sky = celaje.sky(sun_elevation=20, aerosol=smoke, aod_550=0.5, wavelengths=[450, 550, 650])
+    >>> sky.conditions.aerosol.value
+    'smoke'
     """
 
-    def __init__(self, name: str, humidity: float, optics: _Optics) -> None:
-        self.name = name
-        self.humidity = float(humidity)
-        self._optics = optics
-        self._known: dict[float, _AtWavelength] = {}
+    def __init__(
+        self,
+        refractive_index: complex | tuple[ArrayLike, ArrayLike],
+        size_distribution: SizeDistribution,
+        profile: float | tuple[ArrayLike, ArrayLike],
+        *,
+        name: str = "own",
+    ) -> None:
+        if not isinstance(size_distribution, SizeDistribution):
+            raise InvalidInputError(
+                f"the size distribution {size_distribution!r} is none",
+                "give celaje.SizeDistribution(r_mode_um=0.1, sigma=1.6)",
+            )
+        samples, scale_height = _profile(profile)
+        own = _core.OwnAerosol(
+            str(name),
+            _index(refractive_index),
+            size_distribution._modes(),
+            size_distribution._bounds(),
+            samples,
+            scale_height,
+        )
+        self._describe(str(name), 0.0, lambda _name, _humidity, nm: _core.own_aerosol(own, nm))
+        self._own: _core.OwnAerosol | None = own
+
+    @classmethod
+    def _named(cls, name: str, humidity: float, optics: _Optics, *, is_type: bool) -> Aerosol:
+        made = cls.__new__(cls)
+        made._describe(name, float(humidity), optics)
+        made._own = None
+        made._is_type = is_type
         # One cheap wavelength tells at once whether name and humidity are right.
-        self._at(np.array([550.0]))
+        made._at(np.array([550.0]))
+        return made
+
+    def _describe(self, name: str, humidity: float, optics: _Optics) -> None:
+        self.name = name
+        self.humidity = humidity
+        self._optics = optics
+        self._is_type = True
+        self._known: dict[float, _AtWavelength] = {}
+
+    def _for_a_sky(
+        self, humidity: float | None
+    ) -> tuple[_core.OwnAerosol | None, str | None, float | None]:
+        """The extension's own aerosol, or the name of a type and the humidity it is in."""
+        if self._own is not None:
+            return self._own, None, humidity
+        if not self._is_type:
+            raise InvalidInputError(
+                f"'{self.name}' is a component, not an aerosol type",
+                "give the name of a type, or celaje.Aerosol(refractive_index, size_distribution, profile)",
+            )
+        return None, self.name, self.humidity if humidity is None else humidity
 
     def extinction(self, wavelength_nm: ArrayLike) -> Floats | float:
         """Extinction coefficient at the ground.
@@ -59,7 +199,8 @@ class Aerosol:
         Returns
         -------
         float or ndarray
-            For a type, in the amount of its definition at sea level; for a component, at 1 cm⁻³. [km⁻¹]
+            For a type, in the amount of its definition at sea level; for a component, or an aerosol of one's own, at
+            1 cm⁻³. [km⁻¹]
         """
         return self._each(wavelength_nm, lambda at: at.extinction_m * 1e3)
 
@@ -143,7 +284,50 @@ class Aerosol:
         return [self._known[nm] for nm in wavelength_nm.tolist()]
 
     def __repr__(self) -> str:
+        if self._own is not None:
+            return f"<Aerosol {self.name}, of one's own>"
         return f"<Aerosol {self.name} at {self.humidity:g} % humidity>"
+
+
+def _index(
+    index: complex | tuple[ArrayLike, ArrayLike],
+) -> tuple[list[float], list[float], list[float]]:
+    """Wavelengths, n and k; no wavelength for an index that is the same everywhere."""
+    try:
+        if isinstance(index, tuple):
+            nm, value = index
+            wavelength = vector("wavelength_nm of the refractive index", nm).tolist()
+        else:
+            wavelength, value = [], index
+        numbers = np.atleast_1d(np.asarray(value, dtype=np.complex128))
+        if numbers.ndim != 1 or (not wavelength and numbers.size != 1):
+            raise ValueError
+    except (TypeError, ValueError):
+        raise InvalidInputError(
+            f"the refractive index {index!r} is not understood",
+            "give one complex number such as 1.5+0.01j, or a tuple (wavelength_nm, index) of two arrays",
+        ) from None
+    return wavelength, numbers.real.tolist(), numbers.imag.tolist()
+
+
+def _profile(
+    profile: float | tuple[ArrayLike, ArrayLike],
+) -> tuple[tuple[list[float], list[float]] | None, float]:
+    """Altitudes and densities, or a scale height."""
+    try:
+        if isinstance(profile, tuple):
+            altitude, relative = profile
+            samples = (
+                vector("altitude_m of the profile", altitude).tolist(),
+                vector("densities of the profile", relative).tolist(),
+            )
+            return samples, 0.0
+        return None, float(profile)
+    except (TypeError, ValueError):
+        raise InvalidInputError(
+            f"the profile {profile!r} is not understood",
+            "give a scale height in m, or a tuple (altitude_m, relative) of two arrays",
+        ) from None
 
 
 def aerosol(name: str, humidity: float = 80.0) -> Aerosol:
@@ -181,7 +365,7 @@ def aerosol(name: str, humidity: float = 80.0) -> Aerosol:
     >>> a.phase(550.0, [0.0, 90.0, 180.0]).shape
     (3,)
     """
-    return Aerosol(name, humidity, _core.aerosol)
+    return Aerosol._named(name, humidity, _core.aerosol, is_type=True)
 
 
 def component(name: str, humidity: float = 80.0) -> Aerosol:
@@ -210,7 +394,7 @@ def component(name: str, humidity: float = 80.0) -> Aerosol:
     >>> f"{waso.extinction(550.0):.3e}"
     '9.598e-06'
     """
-    return Aerosol(name, humidity, _core.component)
+    return Aerosol._named(name, humidity, _core.component, is_type=False)
 
 
 class MieSphere:

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _core
 from ._arrays import Floats, vector, wavelength_grid
+from ._atmosphere import Atmosphere
 from ._climate import Place, When, Words, read_conditions
 from ._conditions import Conditions
 from ._errors import (
@@ -23,6 +21,7 @@ from ._errors import (
 )
 from ._film import Film, Irradiance, Radiance
 from ._medium import Medium
+from ._optics import Aerosol
 
 PROJECTIONS = ("fisheye", "latlong", "perspective")
 DEFAULT_SPP = 64
@@ -30,32 +29,6 @@ DEFAULT_SPP = 64
 PILOT_SPP = 64
 NOISE_MARGIN = 1.15
 MAX_SPP = 2**32 - 1
-
-
-@dataclass(frozen=True)
-class Atmosphere:
-    """What the air holds, along altitude.
-
-    Attributes
-    ----------
-    altitude_m : ndarray, shape (z,)
-        Nodes above sea level, the ground first. [m]
-    temperature_k : ndarray, shape (z,)
-        Temperature. [K]
-    pressure_pa : ndarray, shape (z,)
-        Pressure. [Pa]
-    air_number_density, ozone_number_density : ndarray, shape (z,)
-        Molecules; linear between nodes. [m⁻³]
-    aerosol_number_density : mapping of str to ndarray, shape (z,)
-        Particles of each aerosol layer. [m⁻³]
-    """
-
-    altitude_m: Floats
-    temperature_k: Floats
-    pressure_pa: Floats
-    air_number_density: Floats
-    ozone_number_density: Floats
-    aerosol_number_density: Mapping[str, Floats]
 
 
 class Sky:
@@ -73,12 +46,11 @@ class Sky:
 
     @property
     def atmosphere(self) -> Atmosphere | None:
-        """Densities along altitude; None for a medium of one's own."""
-        fields = self._raw.atmosphere()
-        if fields is None:
+        """What the air holds, part by part, made anew each time; None for a medium of one's own."""
+        raw = self._raw.inventory()
+        if raw is None or self._conditions is None:
             return None
-        aerosol = MappingProxyType(fields.pop("aerosol_number_density"))
-        return Atmosphere(**fields, aerosol_number_density=aerosol)
+        return Atmosphere(raw, list(self._conditions.metadata()))
 
     @property
     def medium(self) -> Medium:
@@ -371,7 +343,7 @@ def sky(
     sun_elevation: float | None = None,
     sun_azimuth: float | None = None,
     sun_distance_au: float | None = None,
-    aerosol: str | None = None,
+    aerosol: str | Aerosol | None = None,
     aod_550: float | None = None,
     aod: float | None = None,
     turbidity: float | None = None,
@@ -411,8 +383,9 @@ def sky(
         spite of them. [deg]
     sun_distance_au : float, optional
         Distance of the sun, 0.9 to 1.1. [au]
-    aerosol : str, optional
-        Aerosol type: bare names are AIAA, ``opac:NAME`` OPAC; ``"climate"`` is what is found for the place.
+    aerosol : str or Aerosol, optional
+        Aerosol type: bare names are AIAA, ``opac:NAME`` OPAC; ``"climate"`` is what is found for the place. Or an
+        :class:`Aerosol`, such as one of your own.
     aod_550, aod : float, optional
         Vertical aerosol optical depth at 550 nm, 0 to 10; two names for one thing. [1]
     turbidity : float, optional
@@ -421,7 +394,7 @@ def sky(
         Visibility at the ground, 0.1 to 400, instead of an optical depth. [km]
     stratosphere, mesosphere : str, optional
         Upper aerosols: ``"background"`` (default), ``"volcanic-fresh"``, ``"volcanic-aged"``, ``"none"``; ``"dust"``
-        (default), ``"ice"``, ``"none"``.
+        (default), ``"dust-and-ice"``, ``"none"``.
     humidity : float, optional
         Relative humidity of the aerosol, 0 to 99. [%]
     ozone : float, optional
@@ -466,8 +439,11 @@ def sky(
     >>> sky.conditions.albedo.reason
     'broadband mean of the surroundings: grass 50 %, crop 42 %, water 7 %; spectral in use'
     >>> sky.medium
-    Medium(430 altitudes 417.676 to 100000 m, 7 wavelengths 400 to 700 nm)
+    Medium(245 altitudes 417.676 to 100000 m, 7 wavelengths 400 to 700 nm)
     """
+    own = None
+    if isinstance(aerosol, Aerosol):
+        own, aerosol, humidity = aerosol._for_a_sky(humidity)
     words = Words(
         altitude=altitude,
         sun_elevation=sun_elevation,
@@ -491,8 +467,9 @@ def sky(
         atmosphere=atmosphere,
     )
     conditions = read_conditions(at, time, local, words)
-    raw = _core.Sky.from_conditions(conditions, wavelength_grid(wavelengths), sun_spectrum)
-    made = Sky(raw, Conditions._of(conditions))
+    raw = _core.Sky.from_conditions(conditions, wavelength_grid(wavelengths), sun_spectrum, own)
+    in_force = raw.conditions()
+    made = Sky(raw, None if in_force is None else Conditions._of(in_force))
     made._origin["sun_spectrum"] = sun_spectrum
     return made
 

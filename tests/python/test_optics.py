@@ -21,8 +21,8 @@ def rows(name: str) -> list[dict[str, str]]:
     return list(csv.DictReader(line for line in text if not line.startswith("#")))
 
 
-# Sizes evenly spread over their logarithm; weak, strong and no absorption.
-SIZES = st.floats(-3.0, 3.0).map(lambda e: 10.0**e)
+# Sizes from 1e-4 to 5000, evenly spread over their logarithm; weak, strong and no absorption.
+SIZES = st.floats(-4.0, 3.69897).map(lambda e: 10.0**e)
 REAL = st.floats(1.05, 3.0)
 IMAGINARY = st.one_of(st.just(0.0), st.floats(-6.0, 0.3).map(lambda e: 10.0**e))
 

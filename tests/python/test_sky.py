@@ -103,14 +103,14 @@ def test_atmosphere_holds_what_the_conditions_say(evening: celaje.Sky) -> None:
     assert air is not None
     assert c is not None
     step = np.diff(air.altitude_m)
-    ozone = air.ozone_number_density
+    ozone = air.species["ozone"].number_density
     column_du = float(np.sum(0.5 * (ozone[1:] + ozone[:-1]) * step)) / 2.68678e20
     assert column_du == pytest.approx(c.ozone_du.value, rel=1e-6)
     # Ideal gas, k = 1.380649e-23 J/K.
     density = air.pressure_pa / (1.380649e-23 * air.temperature_k)
-    assert density[0] == pytest.approx(air.air_number_density[0], rel=5e-3)
+    assert density[0] == pytest.approx(air.species["air"].number_density[0], rel=5e-3)
     assert 250 < air.temperature_k[0] < 310
-    assert {"continental", "stratosphere"} <= set(air.aerosol_number_density)
+    assert {"continental", "stratosphere"} <= set(air.species)
 
 
 def test_medium_of_a_sky_has_the_optical_depths_of_its_parts(evening: celaje.Sky) -> None:

@@ -7,8 +7,10 @@ mod climate_table;
 mod conditions;
 mod error;
 mod film;
+mod inventory;
 mod medium;
 mod optics;
+mod own_aerosol;
 mod run;
 mod sensor;
 mod sky;
@@ -25,9 +27,13 @@ mod _core {
     #[pymodule_export]
     use crate::film::{develop, linear_srgb, save};
     #[pymodule_export]
+    use crate::inventory::Inventory;
+    #[pymodule_export]
     use crate::medium::{Medium, Phase};
     #[pymodule_export]
-    use crate::optics::{aerosol, component, mie, rayleigh_cross_section, MieSphere};
+    use crate::optics::{aerosol, component, mie, own_aerosol, rayleigh_cross_section, MieSphere};
+    #[pymodule_export]
+    use crate::own_aerosol::OwnAerosol;
     #[pymodule_export]
     use crate::sensor::Sensor;
     #[pymodule_export]

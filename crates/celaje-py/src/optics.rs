@@ -3,15 +3,16 @@
 use celaje::composition::aerosol::AerosolType;
 use celaje::error::check_range;
 use celaje::optics::rayleigh::Rayleigh;
-use celaje::optics::{self, ScatteringMatrix};
+use celaje::optics::{self, AngleGrid, ScatteringMatrix};
 use celaje::WavelengthGrid;
 use numpy::{Complex64, IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1};
 use pyo3::prelude::*;
 
 use crate::error::Outcome;
+use crate::own_aerosol::OwnAerosol;
 
 /// Latitude whose tropopause ends the AIAA types; without effect at the ground \[deg\].
-const LATITUDE_DEG: f64 = 45.0;
+pub const LATITUDE_DEG: f64 = 45.0;
 
 /// Extinction \[m⁻¹\], single-scattering albedo, asymmetry, shape (w,); angles \[deg\], shape (t,); phase function
 /// \[sr⁻¹\], shape (w, t).
@@ -116,6 +117,25 @@ pub fn component<'py>(
 ) -> Outcome<Optics<'py>> {
     let wavelength = WavelengthGrid::new(wavelength_nm.as_slice()?.to_vec())?;
     let all = py.detach(|| optics::component(name, humidity_percent, &wavelength))?;
+    let mut mixture = Mixture::new(wavelength.len(), all.angles.theta_deg());
+    for (i, one) in all.optics.iter().enumerate() {
+        let xs = [one.xs_ext, one.xs_sca];
+        mixture.add(i, 1e6, xs, one.asymmetry, &one.matrix);
+    }
+    mixture.finish(py)
+}
+
+/// Optics of an aerosol of one's own at 1 cm⁻³.
+#[pyfunction]
+pub fn own_aerosol<'py>(
+    py: Python<'py>,
+    own: &OwnAerosol,
+    wavelength_nm: PyReadonlyArray1<'py, f64>,
+) -> Outcome<Optics<'py>> {
+    let wavelength = WavelengthGrid::new(wavelength_nm.as_slice()?.to_vec())?;
+    let particle = own.inner.particle();
+    let angles = AngleGrid::default();
+    let all = py.detach(|| optics::component_optics(&particle, &wavelength, &angles))?;
     let mut mixture = Mixture::new(wavelength.len(), all.angles.theta_deg());
     for (i, one) in all.optics.iter().enumerate() {
         let xs = [one.xs_ext, one.xs_sca];

@@ -1,5 +1,6 @@
 //! A sky, and looking at it.
 
+use celaje::composition::aerosol::AerosolType;
 use celaje::sky::{Method, RenderOptions, SunDisc};
 use celaje::spectrum::SolarSpectrum;
 use celaje::transport::Budget;
@@ -10,7 +11,9 @@ use pyo3::types::PyDict;
 
 use crate::conditions::Conditions;
 use crate::error::Outcome;
+use crate::inventory::Inventory;
 use crate::medium::Medium;
+use crate::own_aerosol::OwnAerosol;
 use crate::run::interruptible;
 use crate::sensor::Sensor;
 
@@ -35,6 +38,7 @@ impl Sky {
         conditions: &Conditions,
         wavelength_nm: Option<PyReadonlyArray1<'_, f64>>,
         sun: &str,
+        own_aerosol: Option<&OwnAerosol>,
     ) -> Outcome<Self> {
         let wavelength = match wavelength_nm {
             Some(nm) => WavelengthGrid::new(nm.as_slice()?.to_vec())?,
@@ -42,8 +46,10 @@ impl Sky {
         };
         let solar = SolarSpectrum::named(sun)?;
         let conditions = conditions.inner.clone();
-        let inner = interruptible(py, None, |_| {
-            celaje::Sky::new(conditions, &wavelength, solar)
+        let own = own_aerosol.map(|own| AerosolType::from(own.inner.clone()));
+        let inner = interruptible(py, None, |_| match &own {
+            Some(own) => celaje::Sky::with_aerosol(conditions, own, &wavelength, solar),
+            None => celaje::Sky::new(conditions, &wavelength, solar),
         })?;
         Ok(Self { inner })
     }
@@ -104,29 +110,20 @@ impl Sky {
         self.inner.sun.direction.to_azimuth_elevation_deg()
     }
 
-    /// Profiles of gases and aerosol layers; nothing for a medium of one's own.
-    fn atmosphere<'py>(&self, py: Python<'py>) -> Outcome<Option<Bound<'py, PyDict>>> {
+    /// The conditions in force, with what the composition entered; nothing for a medium of one's own.
+    fn conditions(&self) -> Option<Conditions> {
+        let inner = self.inner.conditions.clone()?;
+        Some(Conditions { inner })
+    }
+
+    /// What the air is made of; nothing for a medium of one's own.
+    fn inventory(&self, py: Python<'_>) -> Outcome<Option<Inventory>> {
         let Some(composition) = &self.inner.composition else {
             return Ok(None);
         };
-        let air = &composition.air;
-        let fields = PyDict::new(py);
-        for (name, column) in [
-            ("altitude_m", &air.altitude_m),
-            ("temperature_k", &air.temperature_k),
-            ("pressure_pa", &air.pressure_pa),
-            ("air_number_density", &air.air_number_density),
-            ("ozone_number_density", &air.ozone_number_density),
-        ] {
-            fields.set_item(name, column.clone().into_pyarray(py))?;
-        }
-        let aerosol = PyDict::new(py);
-        for layer in &composition.aerosol.layers {
-            let at = air.altitude_m.iter().map(|&z| layer.number_density(z));
-            aerosol.set_item(&layer.name, at.collect::<Vec<f64>>().into_pyarray(py))?;
-        }
-        fields.set_item("aerosol_number_density", aerosol)?;
-        Ok(Some(fields))
+        let wavelength = WavelengthGrid::new(self.inner.wavelength_nm().to_vec())?;
+        let inner = py.detach(|| celaje::inventory::Inventory::new(composition, &wavelength))?;
+        Ok(Some(Inventory { inner }))
     }
 
     #[pyo3(signature = (sensor, method, spp, seed, max_order, sun_disc, altitude_m, threads))]

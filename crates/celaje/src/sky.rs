@@ -200,6 +200,10 @@ impl Sky {
         wavelength: &WavelengthGrid,
         solar: SolarSpectrum,
     ) -> Result<Self> {
+        if aerosol.name != conditions.aerosol.value {
+            conditions.aerosol = Condition::given(aerosol.name.clone(), "");
+            conditions.mixture = None;
+        }
         let composition = Composition::new(&mut conditions, aerosol, wavelength)?;
         let (air, particles) = (&composition.air, &composition.aerosol);
         let medium = from_atmosphere(air, particles, wavelength, PLANET_RADIUS_M)?;

@@ -52,73 +52,78 @@ fn deviations(row: &OpacRow, angles: &AngleGrid) -> [f64; 3] {
     ]
 }
 
-/// Every component at every humidity, 550 nm: extinction within 0.5 % and single-scattering albedo within 0.001 of OPAC's.
-#[test]
-fn components_have_opacs_extinction_at_550_nm() {
-    let angles = AngleGrid::coarse();
-    let mut compared = 0;
-    for row in opac_rows().iter().filter(|r| r.wavelength_nm == 550.0) {
-        let [ext, ssa, _] = deviations(row, &angles);
-        let name = format!("{} {}", row.id, row.humidity);
-        assert!(ext.abs() < 0.005, "{name}: extinction {ext:+.4}");
-        assert!(ssa.abs() < 0.001, "{name}: ssa {ssa:+.4}");
-        compared += 1;
+/// The rows of OPAC that an independent code with a converged quadrature does not confirm, with what it says: extinction over
+/// OPAC's − 1, asymmetry.
+struct Unconverged(Vec<(String, f64, f64, [f64; 2])>);
+
+impl Unconverged {
+    fn read() -> Self {
+        let number = |cell: &str| cell.parse::<f64>().unwrap();
+        let row = |r: Vec<&str>| {
+            let key = (r[0].to_owned(), number(r[1]), 1e3 * number(r[2]));
+            (key.0, key.1, key.2, [number(r[3]), number(r[4])])
+        };
+        Self(rows(CONVERGED).into_iter().map(row).collect())
     }
-    assert_eq!(compared, 38);
+
+    fn find(&self, row: &OpacRow) -> Option<[f64; 2]> {
+        let same = |(id, humidity, nm, _): &&(String, f64, f64, [f64; 2])| {
+            *id == row.id && *humidity == row.humidity && (nm - row.wavelength_nm).abs() < 1e-6
+        };
+        self.0.iter().find(same).map(|r| r.3)
+    }
 }
 
-/// Every component, humidity and wavelength from 0.3 to 2.5 µm: extinction within 0.5 % (two rows of coarse sea salt differ by
-/// 0.501 and 0.66 %), single-scattering albedo within 0.001, asymmetry within 0.003 for the fine components. OPAC's
-/// asymmetry of the coarse ones is not converged, see `coarse_particles_are_as_asymmetric_as_miepython_says`.
+/// Holds a row against OPAC: extinction to 0.5 %, single-scattering albedo to 0.001, asymmetry to 0.003. Where an independent
+/// code says otherwise than OPAC, against that code: 1e-4 in extinction, 2e-4 in asymmetry.
+fn assert_opac(row: &OpacRow, unconverged: &Unconverged, angles: &AngleGrid) {
+    let [ext, ssa, g] = deviations(row, angles);
+    let name = format!("{} {} % {} nm", row.id, row.humidity, row.wavelength_nm);
+    assert!(ssa.abs() < 0.001, "{name}: ssa {ssa:+.5}");
+    match unconverged.find(row) {
+        Some([their_ext, their_g]) => {
+            assert!(
+                (ext - their_ext).abs() < 1e-4,
+                "{name}: extinction {ext:+.5}"
+            );
+            let off = row.asymmetry + g - their_g;
+            assert!(off.abs() < 2e-4, "{name}: g {off:+.5}");
+        }
+        None => {
+            assert!(ext.abs() < 0.005, "{name}: extinction {ext:+.5}");
+            assert!(g.abs() < 0.003, "{name}: g {g:+.5}");
+        }
+    }
+}
+
+/// Every component at every humidity, 550 nm.
+#[test]
+fn components_have_opacs_optics_at_550_nm() {
+    let (angles, unconverged) = (AngleGrid::coarse(), Unconverged::read());
+    let rows = opac_rows();
+    let at_550 = rows.iter().filter(|r| r.wavelength_nm == 550.0);
+    assert_eq!(at_550.clone().count(), 38);
+    at_550.for_each(|row| assert_opac(row, &unconverged, &angles));
+}
+
+/// Every component, humidity and wavelength from 0.3 to 2.5 µm.
+///
+/// OPAC's asymmetry of coarse particles is not converged: up to 0.037 off for coarse sea salt at 99 %, by miepython's
+/// account as by ours. All such rows are of coarse components or accumulated sea salt.
 #[test]
 #[ignore = "700 Mie integrals, 20 s of processor time: run by hand or nightly with --ignored"]
 fn components_have_opacs_optics_from_300_to_2500_nm() {
-    let angles = AngleGrid::coarse();
+    let (angles, unconverged) = (AngleGrid::coarse(), Unconverged::read());
     let mut compared = 0;
     for row in opac_rows() {
-        if !(300.0..=2500.0).contains(&row.wavelength_nm) {
-            continue;
+        if (300.0..=2500.0).contains(&row.wavelength_nm) {
+            assert_opac(&row, &unconverged, &angles);
+            compared += 1;
         }
-        let [ext, ssa, g] = deviations(&row, &angles);
-        let OpacRow {
-            id,
-            humidity,
-            wavelength_nm,
-            ..
-        } = &row;
-        let name = format!("{id} {humidity} % {wavelength_nm} nm");
-        let known =
-            id == "sscm" && [(0.0, 1250.0), (99.0, 400.0)].contains(&(*humidity, *wavelength_nm));
-        let limit = if known { 0.007 } else { 0.005 };
-        assert!(ext.abs() < limit, "{name}: extinction {ext:+.5}");
-        assert!(ssa.abs() < 0.001, "{name}: ssa {ssa:+.5}");
-        if ["waso", "soot", "suso", "minm"].contains(&id.as_str()) {
-            assert!(g.abs() < 0.003, "{name}: g {g:+.5}");
-        }
-        compared += 1;
     }
     assert_eq!(compared, 38 * 18 - 1);
-}
-
-/// Where OPAC's asymmetry of coarse particles differs from ours by up to 0.037, an independent code with a converged
-/// quadrature sides with us, to 1e-4; so it does for the two rows of extinction.
-#[test]
-fn coarse_particles_are_as_asymmetric_as_miepython_says() {
-    let opac = opac_rows();
-    for row in rows(CONVERGED) {
-        let value = |i: usize| row[i].parse::<f64>().unwrap();
-        let matches = |r: &&OpacRow| {
-            r.id == row[0]
-                && r.humidity == value(1)
-                && (r.wavelength_nm - 1e3 * value(2)).abs() < 1e-6
-        };
-        let theirs = opac.iter().find(matches).unwrap();
-        let [ext, _, g] = deviations(theirs, &AngleGrid::coarse());
-        assert!((ext - value(3)).abs() < 1e-4, "{row:?} {ext}");
-        assert!(
-            (theirs.asymmetry + g - value(4)).abs() < 1e-4,
-            "{row:?} {g}"
-        );
+    for (id, ..) in &unconverged.0 {
+        assert!(["inso", "ssam", "sscm", "miam", "micm", "mitr"].contains(&id.as_str()));
     }
 }
 

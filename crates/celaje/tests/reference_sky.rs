@@ -166,7 +166,7 @@ fn halving_the_vertical_step_changes_no_radiance() {
         aerosol.scale_to_aod_550(0.12, 0.0).unwrap();
         let coarse = grid_with_edges(0.0, &aerosol).unwrap();
         let fine = halved(&coarse);
-        for sun_elevation_deg in [-3.0, 1.0, 30.0] {
+        for sun_elevation_deg in [-6.0, -3.0, 1.0, 30.0] {
             let films = [&coarse, &fine].map(|levels| {
                 let air = us76.profile_with(levels, &columns).unwrap();
                 let medium = from_atmosphere(&air, &aerosol, &grid, PLANET_RADIUS_M).unwrap();

@@ -254,16 +254,22 @@ pub struct Aerosol {
     pub profile: VerticalProfile,
 }
 
+impl Aerosol {
+    /// Its particles.
+    pub fn particle(&self) -> Particle {
+        Particle {
+            id: self.name.clone(),
+            size: self.size.clone(),
+            index: self.refractive_index.clone(),
+        }
+    }
+}
+
 impl From<Aerosol> for AerosolType {
     /// Tropospheric, at 1e9 particles per m³ where the profile is 1 until it is scaled, with nothing above it.
     fn from(own: Aerosol) -> Self {
-        let particle = Particle {
-            id: own.name.clone(),
-            size: own.size,
-            index: own.refractive_index,
-        };
         let component = LayerComponent {
-            source: ParticleSource::Fixed(particle),
+            source: ParticleSource::Fixed(own.particle()),
             number_density: 1e9,
         };
         Self {

@@ -165,11 +165,17 @@ mod tests {
             let air = AirProfile::of_conditions(&c, &grid).unwrap();
             assert!((air.ozone_column_du() / c.ozone_du.value - 1.0).abs() < 1e-12);
             for i in 0..air.altitude_m.len() {
-                // The gas law, which a geometric mean of densities and an arithmetic one of temperatures keep to 1 %.
+                // The gas law, which a geometric mean of densities and an arithmetic one of temperatures keep to 1 %;
+                // nodes above 25 km are moved by up to 0.3 % to keep columns.
+                let allowed = if air.altitude_m[i] > 25e3 {
+                    0.013
+                } else {
+                    0.01
+                };
                 let ratio = air.pressure_pa[i]
                     / (1.380_649e-23 * air.air_number_density[i] * air.temperature_k[i]);
                 assert!(
-                    (ratio - 1.0).abs() < 0.01,
+                    (ratio - 1.0).abs() < allowed,
                     "{lat} {} m: {ratio}",
                     air.altitude_m[i]
                 );

@@ -46,6 +46,25 @@ impl VerticalProfile {
         Ok(Self::Sampled(Sampled::new(altitude_m, relative)?))
     }
 
+    /// `exp(−z / scale height)`, brought smoothly to zero over the last 2 km below the tropopause.
+    ///
+    /// # Arguments
+    /// * `scale_height_m` — 1 to 1e6, or infinite for a constant \[m\]
+    /// * `tropopause_m` — where the aerosol ends, 2000 to 1e5 \[m\]
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`].
+    pub fn tropospheric(scale_height_m: f64, tropopause_m: f64) -> Result<Self> {
+        if scale_height_m != f64::INFINITY {
+            check_range("scale height", scale_height_m, "m", 1.0..=1e6)?;
+        }
+        check_range("tropopause", tropopause_m, "m", TAPER_M..=1e5)?;
+        Ok(Self::Tropospheric {
+            scale_height_m,
+            tropopause_m,
+        })
+    }
+
     /// Value relative to the reference \[1\] at an altitude above sea level \[m\].
     pub fn relative(&self, altitude_m: f64) -> f64 {
         match *self {
@@ -243,5 +262,10 @@ mod tests {
         assert!(sampled(&[0.0, 1.0], &[0.0, 0.0]).is_err());
         assert!(sampled(&[0.0, 1.0], &[-1.0, 1.0]).is_err());
         assert!(sampled(&[0.0, f64::NAN], &[1.0, 1.0]).is_err());
+        for scale_height_m in [0.0, -900.0, f64::NAN, f64::NEG_INFINITY] {
+            assert!(VerticalProfile::tropospheric(scale_height_m, 13e3).is_err());
+        }
+        assert!(VerticalProfile::tropospheric(f64::INFINITY, 13e3).is_ok());
+        assert!(VerticalProfile::tropospheric(900.0, 0.0).is_err());
     }
 }
