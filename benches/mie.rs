@@ -63,7 +63,10 @@ fn timed(mut work: impl FnMut() -> Result<()>) -> Result<f64> {
 
 /// Seconds and sum of the same job by sasktran2, in the Python that was named.
 fn sasktran2(python: &str) -> Option<(f64, f64)> {
-    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/../../benches/sasktran2_mie.py");
+    let script = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../benches/sasktran2_mie.py"
+    );
     let output = Command::new(python).arg(script).output().ok()?;
     eprint!("{}", String::from_utf8_lossy(&output.stderr));
     let text = String::from_utf8(output.stdout).ok()?;

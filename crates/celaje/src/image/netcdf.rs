@@ -103,10 +103,14 @@ impl<'a> Variable<'a> {
         values: Values<'a>,
     ) -> Self {
         let mut attributes = vec![("long_name".to_owned(), long_name.into())];
-        // Words have no unit; a pure number has the unit 1.
-        if !matches!(values, Values::Words(_)) {
-            attributes.insert(0, ("units".to_owned(), units.into()));
-        }
+        // Words have no unit (a pure number has the unit 1), but they have an encoding, as all readers know it.
+        attributes.insert(
+            0,
+            match values {
+                Values::Words(_) => ("_Encoding".to_owned(), "utf-8".into()),
+                _ => ("units".to_owned(), units.into()),
+            },
+        );
         Self {
             name: name.to_owned(),
             dimensions: dimensions.to_vec(),
@@ -353,11 +357,11 @@ fn push_attributes(out: &mut Vec<u8>, attributes: &Attributes) {
     }
 }
 
-/// A name that every reader takes, as CF recommends: letters, digits and `_`, a letter first.
+/// A name that every reader takes, as CF recommends: letters, digits and `_`, no digit first.
 fn name_of(name: &str) -> String {
     let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
     let mut legal: String = name.chars().map(plain).collect();
-    if !legal.starts_with(|c: char| c.is_ascii_alphabetic()) {
+    if !legal.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') {
         legal.insert_str(0, "x_");
     }
     legal

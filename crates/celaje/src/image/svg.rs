@@ -18,6 +18,17 @@ const MARGIN: [f64; 4] = [64.0, 14.0, 34.0, 46.0];
 /// Height of a line of the legend \[px\].
 const LEGEND_PX: f64 = 15.0;
 
+/// How values are spread along an axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Scale {
+    /// Evenly.
+    Linear,
+    /// By their logarithm; the range is positive.
+    Log,
+    /// By their square root: small ones have more room, and 0 has its place.
+    Root,
+}
+
 /// An axis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Axis {
@@ -25,8 +36,8 @@ pub struct Axis {
     pub label: String,
     /// From its lower to its upper end.
     pub range: Range<f64>,
-    /// Whether it is logarithmic; its range is positive then.
-    pub log: bool,
+    /// How values are spread along it.
+    pub scale: Scale,
 }
 
 impl Axis {
@@ -35,7 +46,16 @@ impl Axis {
         Self {
             label: label.to_owned(),
             range,
-            log: false,
+            scale: Scale::Linear,
+        }
+    }
+
+    /// An axis by square roots, from 0.
+    pub fn root(label: &str, to: f64) -> Self {
+        Self {
+            label: label.to_owned(),
+            range: 0.0..to,
+            scale: Scale::Root,
         }
     }
 
@@ -47,20 +67,32 @@ impl Axis {
         Self {
             label: label.to_owned(),
             range: 10f64.powf(top + share.log10().round())..10f64.powf(top),
-            log: true,
+            scale: Scale::Log,
         }
     }
 
     /// Where a value lies, 0 at the lower end and 1 at the upper; none for what a logarithm cannot show.
     fn place(&self, value: f64) -> Option<f64> {
-        let to = |v: f64| if self.log { v.log10() } else { v };
+        let to = |v: f64| match self.scale {
+            Scale::Linear => v,
+            Scale::Log => v.log10(),
+            Scale::Root => v.sqrt(),
+        };
         let at = (to(value) - to(self.range.start)) / (to(self.range.end) - to(self.range.start));
         at.is_finite().then_some(at)
     }
 
     /// Values and words of the ticks.
     fn ticks(&self) -> Vec<(f64, String)> {
-        if self.log {
+        if self.scale == Scale::Root {
+            let power = 10f64.powf(self.range.end.log10().floor() - 2.0);
+            let parts = [0.0, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0].iter();
+            let values = parts.map(|p| p * power);
+            let shown =
+                values.filter(|v| *v == 0.0 || (0.01..=1.0).contains(&(v / self.range.end)));
+            return shown.map(|v| (v, v.to_string())).collect();
+        }
+        if self.scale == Scale::Log {
             let (low, high) = (self.range.start.log10(), self.range.end.log10());
             let step = ((high - low) / 6.0).ceil().max(1.0) as i32;
             let powers = (low.ceil() as i32..=high.floor() as i32).filter(|p| p % step == 0);
@@ -284,6 +316,9 @@ mod tests {
         assert_eq!(values, [-1.0, 0.0, 1.0, 2.0, 3.0]);
         assert!((log.place(10.0).unwrap() - 0.5).abs() < 1e-12);
         assert_eq!(log.place(0.0), None);
+        let root = Axis::root("", 100.0);
+        assert_eq!(words(&root), ["0", "1", "2", "5", "10", "20", "50", "100"]);
+        assert_eq!(root.place(25.0), Some(0.5));
         // Nothing to show is no reason to fail.
         assert_eq!(Axis::log("", std::iter::empty(), 1e-2).range.end, 1.0);
     }

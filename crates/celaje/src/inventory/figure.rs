@@ -32,10 +32,10 @@ impl Inventory {
     }
 
     fn altitude_axis(&self) -> Axis {
-        Axis::linear("altitude (km)", 0.0..TOP_KM)
+        Axis::root("altitude (km)", TOP_KM)
     }
 
-    /// A line for every species that is there, always in its own colour.
+    /// A line for every species that is there, always in its own colour: one legend serves all charts.
     fn lines(&self, mut points: impl FnMut(&Species) -> Vec<(f64, f64)>) -> Vec<Line> {
         let line = |(i, species): (usize, &Species)| Line {
             name: species.name.clone(),
@@ -56,17 +56,22 @@ impl Inventory {
 
     fn temperature(&self) -> Chart {
         let (low, high) = range(&self.temperature_k);
+        // Names without a line, for the legend of all charts; the curve makes room for them.
+        let mut lines = self.lines(|s| vec![(s.tau().iter().sum(), 1.0)]);
+        lines.iter_mut().for_each(|l| l.points.clear());
+        lines.push(sum_line("everything", false, Vec::new()));
+        lines.push(sum_line("all aerosol", true, Vec::new()));
+        lines.push(sum_line(
+            "",
+            false,
+            self.along_altitude(|i| self.temperature_k[i]),
+        ));
         Chart {
             title: "Temperature".to_owned(),
-            x: Axis::linear("temperature (K)", low - 10.0..high + 10.0),
+            x: Axis::linear("temperature (K)", low - 90.0..high + 10.0),
             y: self.altitude_axis(),
-            lines: vec![Line {
-                name: String::new(),
-                colour: COLOURS[0].to_owned(),
-                dashed: false,
-                points: self.along_altitude(|i| self.temperature_k[i]),
-            }],
-            legend: (0.0, 0.0),
+            lines,
+            legend: (0.0, 1.0),
         }
     }
 
@@ -79,7 +84,7 @@ impl Inventory {
             title: "Molecules and particles".to_owned(),
             x: Axis::log("number density (m⁻³)", all, SHARE_DENSITY),
             y: self.altitude_axis(),
-            lines,
+            lines: without_names(lines),
             legend: (0.0, 0.0),
         }
     }
@@ -94,26 +99,21 @@ impl Inventory {
             title: format!("Extinction at {} nm", self.wavelength_nm[green]),
             x: Axis::log("coefficient (km⁻¹)", all, SHARE_COEFFICIENT),
             y: self.altitude_axis(),
-            lines,
-            legend: (1.0, 0.0),
+            lines: without_names(lines),
+            legend: (0.0, 0.0),
         }
     }
 
     fn depths(&self) -> Chart {
         let spectrum = |tau: Vec<f64>| self.wavelength_nm.iter().copied().zip(tau).collect();
         let mut lines = self.lines(|s| spectrum(s.tau()));
-        lines.push(Line {
-            name: "everything".to_owned(),
-            colour: "#000000".to_owned(),
-            dashed: false,
-            points: spectrum(self.tau()),
-        });
+        lines.push(sum_line("everything", false, spectrum(self.tau())));
         Chart {
             title: "Vertical optical depth".to_owned(),
             x: self.wavelength_axis(),
             y: Axis::log("optical depth", self.tau().into_iter(), SHARE_DEPTH),
-            lines,
-            legend: (1.0, 1.0),
+            lines: without_names(lines),
+            legend: (0.0, 0.0),
         }
     }
 
@@ -129,10 +129,13 @@ impl Inventory {
                 .zip(values.iter().copied())
                 .collect(),
         };
+        let (low, high) = range(&self.aerosol.angstrom);
+        let halves = |v: f64| (2.0 * v).ceil() / 2.0;
+        let (low, high) = (-halves(-low.min(0.0)), halves(high.max(1.01)));
         Chart {
             title: "All aerosol of the column".to_owned(),
             x: self.wavelength_axis(),
-            y: Axis::linear("albedo, asymmetry, exponent", 0.0..2.0),
+            y: Axis::linear("albedo, asymmetry, exponent", low..high),
             lines: vec![
                 line("single-scattering albedo", COLOURS[0], &self.aerosol.ssa),
                 line("asymmetry", COLOURS[1], &self.aerosol.asymmetry),
@@ -153,19 +156,14 @@ impl Inventory {
                 .as_ref()
                 .map_or(Vec::new(), |p| curve(&p.phase))
         });
-        lines.push(Line {
-            name: "all aerosol".to_owned(),
-            colour: "#000000".to_owned(),
-            dashed: true,
-            points: curve(&self.aerosol.phase),
-        });
+        lines.push(sum_line("all aerosol", true, curve(&self.aerosol.phase)));
         let all = lines.iter().flat_map(|l| &l.points).map(|p| p.1);
         Chart {
             title: format!("Phase functions at {} nm", self.wavelength_nm[green]),
             x: Axis::linear("scattering angle (deg)", 0.0..180.0),
             y: Axis::log("phase function (sr⁻¹)", all, SHARE_PHASE),
-            lines,
-            legend: (1.0, 0.0),
+            lines: without_names(lines),
+            legend: (0.0, 0.0),
         }
     }
 
@@ -177,9 +175,24 @@ impl Inventory {
     }
 }
 
-/// The smallest and the largest value.
+/// A black line.
+fn sum_line(name: &str, dashed: bool, points: Vec<(f64, f64)>) -> Line {
+    Line {
+        name: name.to_owned(),
+        colour: "#000000".to_owned(),
+        dashed,
+        points,
+    }
+}
+
+fn without_names(mut lines: Vec<Line>) -> Vec<Line> {
+    lines.iter_mut().for_each(|l| l.name.clear());
+    lines
+}
+
+/// The smallest and the largest value; the wrong way round if there is none.
 fn range(values: &[f64]) -> (f64, f64) {
-    let finite = values.iter().copied();
+    let finite = values.iter().copied().filter(|v| v.is_finite());
     finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
         (low.min(v), high.max(v))
     })
