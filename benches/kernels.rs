@@ -2,9 +2,8 @@
 
 use celaje::climate::{Conditions, Overrides};
 use celaje::math::{lanes, Rng};
-use celaje::optics::{mie, Phase};
+use celaje::optics::Phase;
 use celaje::place::{Instant, Site};
-use celaje::WavelengthGrid;
 use criterion::Criterion;
 use multiversion::multiversion;
 use std::hint::black_box;
@@ -52,42 +51,6 @@ fn phase_sampling(c: &mut Criterion) {
     }
 }
 
-/// Amplitudes of 81 wavelengths × 200 radii (0.01 to 10 µm) × 1801 angles, m = 1.5 + 0.01i, on one thread.
-fn mie_table(c: &mut Criterion) {
-    let grid = WavelengthGrid::default();
-    // Exact mirrors about 90°, which the solver makes use of.
-    let quadrant: Vec<f64> = (0..900)
-        .map(|i| (0.1 * f64::from(i)).to_radians().cos())
-        .collect();
-    let mirrored = quadrant.iter().rev().map(|c| -c);
-    let cos_theta: Vec<f64> = quadrant
-        .iter()
-        .copied()
-        .chain([0.0])
-        .chain(mirrored)
-        .collect();
-    let job = || {
-        let mut sum = 0.0;
-        for wavelength_nm in grid.nm() {
-            for i in 0..200 {
-                let radius_nm = 10.0 * 1e3_f64.powf(f64::from(i) / 199.0);
-                let x = std::f64::consts::TAU * radius_nm / wavelength_nm;
-                let sphere = mie(1.5, 0.01, x);
-                if let Ok((s1, _)) = sphere.and_then(|s| s.amplitudes(&cos_theta)) {
-                    sum += s1[900].re;
-                }
-            }
-        }
-        sum
-    };
-    let mut group = c.benchmark_group("Mie");
-    group
-        .sample_size(10)
-        .measurement_time(Duration::from_secs(10));
-    group.bench_function("81 x 200 x 1801", |b| b.iter(job));
-    group.finish();
-}
-
 /// Everything that is known of a place and a time, once the tables are read.
 fn climate(c: &mut Criterion) {
     let overrides = Overrides::default();
@@ -109,6 +72,5 @@ fn main() {
     exponential(&mut criterion);
     phase_sampling(&mut criterion);
     climate(&mut criterion);
-    mie_table(&mut criterion);
     criterion.final_summary();
 }

@@ -233,6 +233,51 @@ fn tiny_spheres_obey_rayleigh() {
     }
 }
 
+/// Whatever is allowed gives numbers: the smallest and largest spheres, metals, glass in glass, matter that is air.
+#[test]
+fn extreme_spheres_are_numbers() {
+    for (n, k) in [
+        (1.5, 0.0),
+        (1.33, 1e-9),
+        (0.1, 10.0),
+        (1.0, 0.0),
+        (1.0, 1e-12),
+        (3.0, 0.5),
+    ] {
+        for x in [1e-8, 1e-4, 1.0, 5e3, 1e5] {
+            assert_number(n, k, x);
+        }
+    }
+    for x in [1e-8, 1e-3, 1.0, 1e3] {
+        assert_number(100.0, 100.0, x);
+        assert_number(1e-3, 1e-3, x);
+    }
+    let nothing = mie(1.0, 0.0, 10.0).unwrap();
+    assert_eq!((nothing.q_ext, nothing.asymmetry), (0.0, 0.0));
+}
+
+#[track_caller]
+fn assert_number(n: f64, k: f64, x: f64) {
+    let sphere = mie(n, k, x).unwrap();
+    let what = format!(
+        "{n} + {k}i, x = {x}: {} {} {}",
+        sphere.q_ext, sphere.q_sca, sphere.asymmetry
+    );
+    assert!(
+        sphere.q_sca >= 0.0 && sphere.q_ext >= sphere.q_sca,
+        "{what}"
+    );
+    assert!(
+        sphere.q_ext.is_finite() && sphere.asymmetry.abs() <= 1.0,
+        "{what}"
+    );
+    let (s1, s2) = sphere.amplitudes(&[-1.0, 0.0, 0.3, 1.0]).unwrap();
+    assert!(
+        s1.iter().chain(&s2).all(|s| s.norm_sqr().is_finite()),
+        "{what}"
+    );
+}
+
 #[test]
 fn nonsense_spheres_are_refused() {
     for (n, k, x) in [
@@ -278,6 +323,12 @@ proptest! {
         let cosine: f64 = (0..mu.len()).map(|i| s11[i] * weight[i] * mu[i]).sum();
         prop_assert!((2.0 / (x * x) * power / sphere.q_sca - 1.0).abs() < 1e-9);
         prop_assert!((cosine / power - sphere.asymmetry).abs() < 1e-9);
+    }
+
+    /// No sphere gives what is no number, or scatters more than it takes.
+    #[test]
+    fn every_sphere_is_numbers(n in 0.01f64..10.0, log_k in -12.0f64..1.0, log_x in -8.0f64..3.7) {
+        assert_number(n, 10f64.powf(log_k), 10f64.powf(log_x));
     }
 
     /// A series twice as long changes nothing: Wiscombe's length suffices, and mirrored and single angles agree.

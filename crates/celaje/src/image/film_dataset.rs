@@ -3,7 +3,7 @@
 use super::netcdf::{Dataset, Values, Variable};
 use super::Metadata;
 use crate::error::{Error, Result};
-use crate::film::Film;
+use crate::film::{Film, Polarisation};
 use crate::place::Instant;
 use crate::sensor::Sensor;
 
@@ -13,11 +13,17 @@ pub const CONVENTIONS: &str = "CF-1.11";
 /// Unit of spectral radiance, in the words of UDUNITS.
 const RADIANCE: &str = "W m-2 sr-1 nm-1";
 
+/// What Q, U and V are measured against.
+const STOKES_BASIS: &str =
+    "basis (theta, phi, k): k is the direction in which light travels, theta points along \
+    increasing zenith angle of k in its vertical plane, phi = k x theta";
+
 /// A film and all that is known about it as a dataset.
 ///
 /// | variable | dimensions | holds |
 /// |---|---|---|
 /// | `radiance`, `radiance_variance` | y, x, wavelength | as the film; NaN where the sensor sees nothing |
+/// | `stokes_q`, `stokes_u`, `stokes_v` and their variances | the same | where they were solved for |
 /// | `samples` | y, x | paths behind each pixel |
 /// | `vza_deg`, `vaa_deg` | y, x | where the middle of a pixel looks, if the sensor is known |
 /// | `sza_deg`, `saa_deg`, `latitude`, `longitude`, `time`, … | | what the metadata tell of sun, place and time |
@@ -37,12 +43,13 @@ pub(super) fn film_dataset<'a>(
         ("film.variance", film.variance.len(), pixels * w),
         ("film.samples", film.samples.len(), pixels),
     ] {
-        if got != expected {
-            return Err(Error::ShapeMismatch {
-                name: name.to_owned(),
-                got: format!("({got},)"),
-                expected: format!("({expected},)"),
-            });
+        check_length(name, got, expected)?;
+    }
+    if let Some(polarisation) = &film.polarisation {
+        for plane in polarisation.planes() {
+            for got in [plane.mean.len(), plane.variance.len()] {
+                check_length("film.polarisation", got, pixels * w)?;
+            }
         }
     }
     let cube = ["y", "x", "wavelength"];
@@ -116,10 +123,42 @@ pub(super) fn film_dataset<'a>(
     let mut variables = vec![wavelength];
     variables.append(&mut coordinates);
     variables.extend([samples, radiance, variance]);
+    if let Some(polarisation) = &film.polarisation {
+        for (name, plane) in Polarisation::NAMES.into_iter().zip(polarisation.planes()) {
+            let meaning = format!("Stokes component {name} beside the radiance I");
+            let lower = name.to_lowercase();
+            variables.extend([
+                Variable::new(
+                    &format!("stokes_{lower}"),
+                    &cube,
+                    (RADIANCE, &meaning),
+                    seen(&plane.mean),
+                )
+                .with("comment", STOKES_BASIS),
+                Variable::new(
+                    &format!("stokes_{lower}_variance"),
+                    &cube,
+                    (&format!("({RADIANCE})2"), "variance of its mean"),
+                    seen(&plane.variance),
+                ),
+            ]);
+        }
+    }
     Ok(Dataset {
         dimensions: vec![("y", film.height), ("x", film.width), ("wavelength", w)],
         attributes: global_attributes("Spectral radiance of the sky", metadata),
         variables,
+    })
+}
+
+fn check_length(name: &str, got: usize, expected: usize) -> Result<()> {
+    if got == expected {
+        return Ok(());
+    }
+    Err(Error::ShapeMismatch {
+        name: name.to_owned(),
+        got: format!("({got},)"),
+        expected: format!("({expected},)"),
     })
 }
 

@@ -19,7 +19,7 @@ use super::angles::AngleGrid;
 use super::mie::{check_index, spheres, MieSphere};
 use super::mie_kernel::{accumulate, MatrixSum, Terms};
 use crate::composition::particle::SizeDistribution;
-use crate::error::{check_range, Result};
+use crate::error::{check_range, Error, Result};
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
@@ -109,7 +109,7 @@ pub struct ParticleOptics {
 /// * `angles` — where the scattering matrix is wanted
 ///
 /// # Errors
-/// [`crate::Error::OutOfRange`].
+/// [`crate::Error::OutOfRange`]; [`crate::Error::Invalid`] for particles that scatter nothing.
 pub fn particle_optics(
     size: &SizeDistribution,
     n: f64,
@@ -123,7 +123,7 @@ pub fn particle_optics(
 /// [`particle_optics`] with a chosen quadrature; `log_step` and `linear_step` in \[1e-4, 1\], `tail` in \[0, 0.1\].
 ///
 /// # Errors
-/// [`crate::Error::OutOfRange`].
+/// As [`particle_optics`].
 pub fn particle_optics_with(
     size: &SizeDistribution,
     n: f64,
@@ -148,6 +148,14 @@ pub fn particle_optics_with(
     let mut total = Sums::zero(angles);
     for block in &blocks {
         total.add(block);
+    }
+    if total.sca <= 0.0 {
+        return Err(Error::invalid(
+            format!(
+                "particles of refractive index {n} + {k}i scatter nothing at {wavelength_nm} nm"
+            ),
+            "give an index that differs from 1, the air's own",
+        ));
     }
     Ok(total.finish(wavelength_um, angles))
 }

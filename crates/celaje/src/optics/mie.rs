@@ -238,7 +238,8 @@ fn efficiencies(x: f64, lossless: bool, a: Vec<Complex>, b: Vec<Complex>) -> Mie
         size_parameter: x,
         q_ext: if lossless { q_sca } else { scale * ext },
         q_sca,
-        asymmetry: 2.0 * asy / sca,
+        // A sphere of the air's own index scatters nothing.
+        asymmetry: if sca > 0.0 { 2.0 * asy / sca } else { 0.0 },
         a,
         b,
     }
