@@ -1,7 +1,6 @@
 """One row per aerosol type: how it scatters, how much it absorbs, and the sky it makes."""
 
 import numpy as np
-from matplotlib.colors import to_rgb
 
 import celaje
 from common import options, plt, rgba, save
@@ -38,10 +37,10 @@ SHOWN = {450.0: "#3366cc", 550.0: "#2e8b57", 650.0: "#cc4433"}
 given = options(__doc__)
 families = (given.few(AIAA), given.few(OPAC))
 rows = max(len(family) for family in families)
-figure = plt.figure(figsize=(10.4, 0.92 * rows + 0.5), dpi=88)
+figure = plt.figure(figsize=(10.4, 0.92 * rows + 0.75))
 grid = figure.add_gridspec(
     rows, 8, width_ratios=(1.5, 1.1, 1.35, 1.0) * 2, hspace=0.12, wspace=0.12,
-    left=0.01, right=0.99, top=1 - 0.36 / (0.92 * rows + 0.5), bottom=0.3 / (0.92 * rows + 0.5),
+    left=0.01, right=0.99, top=1 - 0.36 / (0.92 * rows + 0.75), bottom=0.55 / (0.92 * rows + 0.75),
 )  # fmt: skip
 theta = np.concatenate([np.geomspace(0.05, 10, 60), np.linspace(10.5, 180, 200)])
 wavelengths = np.linspace(380.0, 780.0, 17)
@@ -100,7 +99,7 @@ for block, family in enumerate(families):
         )
         film = sky.render("fisheye", size=given.size(84), method="shells")
         picture = figure.add_subplot(cells[3])
-        picture.imshow(rgba(film), interpolation="lanczos")
+        picture.imshow(rgba(film), interpolation_stage="rgba")
         picture.axis("off")
         if row == 0:
             for axes, title in zip((words, polar, spectrum, picture), titles, strict=True):
@@ -108,11 +107,11 @@ for block, family in enumerate(families):
 
 figure.text(
     0.012,
-    0.006,
-    f"{HUMIDITY} % humidity. ω, g at 550 nm, Ångström exponent α from 440 to 870 nm. Phase functions at 450, 550, "
-    f"650 nm (blue, green, red), forward to the right, from {LOWEST:g} to {HIGHEST:g} /sr. "
-    f"Black ω, ochre g. Skies at optical depth {AOD}.",
+    0.004,
+    f"{HUMIDITY} % humidity. ω and g at 550 nm, Ångström exponent α from 440 to 870 nm. Skies at optical depth {AOD}.\n"
+    f"Phase functions at 450, 550, 650 nm (blue, green, red), forward to the right, from {LOWEST:g} at the centre to "
+    f"{HIGHEST:g} sr⁻¹ at the rim. Black: ω, ochre: g.",
     fontsize=7,
-    color=to_rgb("#444444"),
+    color="#444444",
 )
-save(figure, "aerosol_types", given)
+save(figure, "aerosol_types", given, dpi=88)

@@ -105,6 +105,11 @@ def test_a_table_of_indices_is_extrapolated_downwards_with_a_flag_and_not_upward
         celaje.sky(sun_elevation=30, aerosol=own, wavelengths=[550.0, 750.0])
 
 
+def test_matter_that_is_air_is_refused() -> None:
+    with pytest.raises(celaje.InvalidInputError, match="scatter nothing"):
+        smoke(refractive_index=1.0).ssa(550.0)
+
+
 def test_bad_aerosols_of_ones_own() -> None:
     size = celaje.SizeDistribution
     cases: list[tuple[type[Exception], str, Callable[[], object]]] = [

@@ -60,10 +60,13 @@ pub struct Air {
     /// Visibility at the ground, km, 0.1 to 400, instead of an optical depth
     #[arg(long, value_name = "KM")]
     visibility: Option<f64>,
+    /// As much aerosol as its type's own definition has, times --turbidity, instead of an optical depth
+    #[arg(long)]
+    as_tabulated: bool,
     /// Aerosol of the stratosphere: background, volcanic-fresh, volcanic-aged, none [default: background]
     #[arg(long, value_name = "NAME")]
     stratosphere: Option<String>,
-    /// Aerosol of the mesosphere: dust, ice, none [default: dust]
+    /// Aerosol of the mesosphere: dust, dust-and-ice, none [default: dust]
     #[arg(long, value_name = "NAME")]
     mesosphere: Option<String>,
     /// Relative humidity in which the aerosol swells, %, 0 to 99 [default: climate]
@@ -236,6 +239,7 @@ impl WhereWhen {
             humidity_percent: air.humidity,
             albedo: albedo.transpose()?,
             visibility_km: air.visibility,
+            aerosol_as_tabulated: air.as_tabulated,
             no2_du: air.no2,
             water_mm: air.water,
             co2_ppm: air.co2,

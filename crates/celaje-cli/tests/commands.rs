@@ -528,6 +528,29 @@ fn atmosphere_tells_what_the_air_is_made_of() {
     assert!(names.contains(&"nitrogen dioxide"), "{names:?}");
 }
 
+/// The amount of aerosol by every word for it: OPAC's urban air has an optical depth of 0.643 by its definition, 0.64 of it in
+/// the troposphere (Hess et al. 1998).
+#[test]
+fn aerosol_is_loaded_by_depth_visibility_turbidity_or_definition() {
+    let folder = tempfile::tempdir().unwrap();
+    let depth = |more: &[&str]| {
+        let words = ["atmosphere", "--sun-elevation", "30", "--aerosol", "opac:urban", "--json"];
+        let one = ["--wavelengths", "550", "--stratosphere", "none", "--mesosphere", "none"];
+        let output = run_well(folder.path(), &[&words[..], &one[..], more].concat());
+        let value: serde_json::Value = serde_json::from_str(&stdout(&output)).unwrap();
+        value["aerosol"]["optical_depth"][0].as_f64().unwrap()
+    };
+    let near = |a: f64, b: f64, within: f64| assert!((a - b).abs() < within, "{a} {b}");
+    near(depth(&["--aod", "0.3"]), 0.3, 3e-4);
+    near(depth(&["--aod", "0.3", "--turbidity", "2"]), 0.6, 6e-4);
+    let defined = depth(&["--as-tabulated"]);
+    near(defined, 0.64, 0.005);
+    near(depth(&["--as-tabulated", "--turbidity", "0.5"]), 0.5 * defined, 1e-6);
+    // Koschmieder at 20 km: 0.196 - 0.012 of air per km through 2 km of scale height 8 km, and the free troposphere.
+    let seen = depth(&["--visibility", "20"]);
+    assert!((0.30..0.38).contains(&seen), "{seen}");
+}
+
 /// A scene's files are pictures: the air of the same scene is printed.
 #[test]
 fn atmosphere_takes_a_scene() {
