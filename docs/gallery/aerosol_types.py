@@ -30,6 +30,8 @@ OPAC = (
     "opac:urban",
 )
 HUMIDITY, SUN, AOD = 80, 15, 0.3
+# Height of a row and pixels per inch: small enough for a repository.
+ROW, DPI = 0.82, 74
 # Decades of the polar plots, from the middle outwards.
 LOWEST, HIGHEST = 1e-2, 1e2
 SHOWN = {450.0: "#3366cc", 550.0: "#2e8b57", 650.0: "#cc4433"}
@@ -37,14 +39,14 @@ SHOWN = {450.0: "#3366cc", 550.0: "#2e8b57", 650.0: "#cc4433"}
 given = options(__doc__)
 families = (given.few(AIAA), given.few(OPAC))
 rows = max(len(family) for family in families)
-figure = plt.figure(figsize=(10.4, 0.92 * rows + 0.75))
+figure = plt.figure(figsize=(10.4, ROW * rows + 0.75))
 grid = figure.add_gridspec(
     rows, 8, width_ratios=(1.5, 1.1, 1.35, 1.0) * 2, hspace=0.12, wspace=0.12,
-    left=0.01, right=0.99, top=1 - 0.36 / (0.92 * rows + 0.75), bottom=0.55 / (0.92 * rows + 0.75),
+    left=0.01, right=0.99, top=1 - 0.36 / (ROW * rows + 0.75), bottom=0.55 / (ROW * rows + 0.75),
 )  # fmt: skip
 theta = np.concatenate([np.geomspace(0.05, 10, 60), np.linspace(10.5, 180, 200)])
 wavelengths = np.linspace(380.0, 780.0, 17)
-titles = ("", "phase function", "albedo, asymmetry", f"sky, sun at {SUN}°")
+titles = ("phase function", "albedo, asymmetry", f"sky, sun at {SUN}°")
 
 for block, family in enumerate(families):
     for row, name in enumerate(family):
@@ -57,7 +59,8 @@ for block, family in enumerate(families):
 
         words = figure.add_subplot(cells[0])
         words.axis("off")
-        words.text(0.02, 0.68, name.replace("-", " "), fontsize=9, weight="bold", wrap=True)
+        title = name.removeprefix("opac:").replace("-", " ")
+        words.text(0.02, 0.68, title, fontsize=9, weight="bold")
         words.text(
             0.02,
             0.12,
@@ -97,13 +100,14 @@ for block, family in enumerate(families):
             humidity=HUMIDITY,
             wavelengths="400:700:50" if given.quick else "380:780:20",
         )
-        film = sky.render("fisheye", size=given.size(84), method="shells")
+        film = sky.render("fisheye", size=given.size(60), method="shells")
         picture = figure.add_subplot(cells[3])
         picture.imshow(rgba(film), interpolation_stage="rgba")
         picture.axis("off")
         if row == 0:
-            for axes, title in zip((words, polar, spectrum, picture), titles, strict=True):
-                axes.set_title(title, fontsize=8, pad=5)
+            words.set_title(("AIAA", "OPAC")[block], fontsize=9, loc="left", pad=5)
+            for axes, heading in zip((polar, spectrum, picture), titles, strict=True):
+                axes.set_title(heading, fontsize=8, pad=5)
 
 figure.text(
     0.012,
@@ -114,4 +118,4 @@ figure.text(
     fontsize=7,
     color="#444444",
 )
-save(figure, "aerosol_types", given, dpi=88)
+save(figure, "aerosol_types", given, dpi=DPI)
