@@ -11,7 +11,7 @@ use serde_json::{json, Value};
 
 use crate::failure::Failure;
 use crate::interrupt;
-use crate::options::{wavelengths, Air, WhereWhen};
+use crate::options::{condition_entries, wavelengths, Air, WhereWhen};
 use crate::write_stdout;
 
 /// Show what the air is made of: profiles, optical depths, phase functions
@@ -67,12 +67,7 @@ pub fn run(args: &AtmosphereArgs) -> Result<(), Failure> {
     let aerosol = AerosolType::of_conditions(&conditions)?;
     let composition = Composition::new(&mut conditions, &aerosol, &wavelength)?;
     let inventory = Inventory::new(&composition, &wavelength)?;
-    let mut metadata = Vec::new();
-    for row in conditions.rows() {
-        metadata.push((row.key.to_owned(), row.value));
-        let reason = format!("{} [{}]", row.reason, row.source);
-        metadata.push((format!("{}.reason", row.key), reason));
-    }
+    let metadata = condition_entries(&conditions);
     for path in &args.output {
         interrupt::check()?;
         inventory.save(path, &metadata)?;

@@ -440,6 +440,17 @@ impl Colour {
     }
 }
 
+/// Name and text of every condition and of its reason, as files keep them.
+pub fn condition_entries(conditions: &Conditions) -> Vec<(String, String)> {
+    let mut entries = Vec::new();
+    for row in conditions.rows() {
+        let reason = format!("{} [{}]", row.condition.reason, row.condition.source);
+        entries.push((row.key.to_owned(), row.text));
+        entries.push((format!("{}.reason", row.key), reason));
+    }
+    entries
+}
+
 /// `START:STOP:STEP`, or a list with commas.
 pub fn wavelengths(text: &str) -> Result<WavelengthGrid, Failure> {
     let separator = if text.contains(':') { ':' } else { ',' };

@@ -12,7 +12,9 @@ use clap::Args;
 use crate::explain::night;
 use crate::failure::Failure;
 use crate::interrupt;
-use crate::options::{Air, Colour, MethodOptions, Picture, Plan, View, WhereWhen};
+use crate::options::{
+    condition_entries, Air, Colour, MethodOptions, Picture, Plan, View, WhereWhen,
+};
 
 /// Render the sky to .png, .exr, .hdr, .nc
 #[derive(Debug, Args)]
@@ -110,13 +112,8 @@ fn check_outputs(paths: &[PathBuf]) -> Result<(), Failure> {
 /// What a file says of how it came about. Names stay below 25 characters: with `celaje.` before them they are then legal
 /// in every version of EXR.
 fn metadata(plan: &Plan, sky: &Sky, sensor: &dyn Sensor) -> Vec<(String, String)> {
-    let mut entries = Vec::new();
+    let mut entries = condition_entries(&plan.conditions);
     let mut add = |name: &str, value: String| entries.push((name.to_owned(), value));
-    for row in plan.conditions.rows() {
-        add(row.key, row.text);
-        let reason = format!("{} [{}]", row.condition.reason, row.condition.source);
-        add(&format!("{}.reason", row.key), reason);
-    }
     let options = &plan.options;
     let altitude_m = options.altitude_m.unwrap_or(sky.ground_altitude_m());
     add("observer_altitude_m", altitude_m.to_string());

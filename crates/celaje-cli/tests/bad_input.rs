@@ -424,7 +424,11 @@ fn nonsense_air_and_files_of_the_air() {
         "does not exist",
         "create the folder",
     );
-    beside(&["--as-tabulated", "--aod", "0.1"], "given twice", "as tabulated");
+    beside(
+        &["--as-tabulated", "--aod", "0.1"],
+        "given twice",
+        "as tabulated",
+    );
     // Clearer than clean air can be.
     beside(&["--visibility", "390"], "visibility = 390 km", "");
 }

@@ -534,8 +534,22 @@ fn atmosphere_tells_what_the_air_is_made_of() {
 fn aerosol_is_loaded_by_depth_visibility_turbidity_or_definition() {
     let folder = tempfile::tempdir().unwrap();
     let depth = |more: &[&str]| {
-        let words = ["atmosphere", "--sun-elevation", "30", "--aerosol", "opac:urban", "--json"];
-        let one = ["--wavelengths", "550", "--stratosphere", "none", "--mesosphere", "none"];
+        let words = [
+            "atmosphere",
+            "--sun-elevation",
+            "30",
+            "--aerosol",
+            "opac:urban",
+            "--json",
+        ];
+        let one = [
+            "--wavelengths",
+            "550",
+            "--stratosphere",
+            "none",
+            "--mesosphere",
+            "none",
+        ];
         let output = run_well(folder.path(), &[&words[..], &one[..], more].concat());
         let value: serde_json::Value = serde_json::from_str(&stdout(&output)).unwrap();
         value["aerosol"]["optical_depth"][0].as_f64().unwrap()
@@ -545,7 +559,11 @@ fn aerosol_is_loaded_by_depth_visibility_turbidity_or_definition() {
     near(depth(&["--aod", "0.3", "--turbidity", "2"]), 0.6, 6e-4);
     let defined = depth(&["--as-tabulated"]);
     near(defined, 0.64, 0.005);
-    near(depth(&["--as-tabulated", "--turbidity", "0.5"]), 0.5 * defined, 1e-6);
+    near(
+        depth(&["--as-tabulated", "--turbidity", "0.5"]),
+        0.5 * defined,
+        1e-6,
+    );
     // Koschmieder at 20 km: 0.196 - 0.012 of air per km through 2 km of scale height 8 km, and the free troposphere.
     let seen = depth(&["--visibility", "20"]);
     assert!((0.30..0.38).contains(&seen), "{seen}");
