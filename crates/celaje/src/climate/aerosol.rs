@@ -67,6 +67,9 @@ const FIT_RMS: f64 = 0.070;
 /// The fit's constant and its plumes lie low: scale height over the region's ground \[m\], the mean height of the nine
 /// plumes of MACv2-SP (beta functions of z / 15 km).
 const LOW_HEIGHT_M: f64 = 1.7e3;
+/// Up to this altitude of the ground they stand on it; over higher plains, which their broad Gaussians run across as if they
+/// were not there (0.3 over Tibet), they thin out with the same height \[m\].
+const LOW_GROUND_M: f64 = 1.5e3;
 /// Optical depth over the ice sheets, where the fit's constant is too much, and its spread.
 ///
 /// Source: Six et al. 2005, Atmos. Environ. 39, 5041: 0.02 at 440 nm at Dome C in summer; Tomasi et al. 2015, Earth-Sci. Rev. 140.
@@ -77,8 +80,9 @@ const URBAN_CM3: [f64; 3] = [28_000.0, 1.5, 130_000.0];
 /// OPAC continental average: waso, inso, soot, particles per cm³; its single-scattering albedo is that of MACv2-SP's
 /// industrial plumes, 0.93.
 const HAZE_CM3: [f64; 3] = [7_000.0, 0.4, 8_300.0];
-/// Largest share of urban aerosol in the mixing layer.
-const URBAN_MOST: f64 = 0.5;
+/// Largest share of urban aerosol in the mixing layer: no more, for it absorbs more (single-scattering albedo 0.82) than the air
+/// of measured cities does (0.90 to 0.98, Dubovik et al. 2002, J. Atmos. Sci. 59, 590).
+const URBAN_MOST: f64 = 0.25;
 /// Distance over which a city's aerosol thins out \[km\], and people of a city at which it is near its full share.
 const CITY_KM: f64 = 50.0;
 const CITY_PEOPLE: f64 = 5e6;
@@ -172,16 +176,18 @@ pub fn aerosol_climate(
     let mut node = gads.at(latitude_deg, longitude_deg, instant);
     let gads_aod_550 = node.aod;
     let anthropogenic_aod_550 = anthropogenic_aod_550(latitude_deg, longitude_deg, instant)?;
+    let region_m = elevation(latitude_deg, longitude_deg)?.region_m;
+    // Into a valley the layers come down.
+    let base_m = region_m.min(altitude_m).round();
+    let lowland = (-(base_m - LOW_GROUND_M).max(0.0) / LOW_HEIGHT_M).exp();
+    let constant = lowland * FIT[0];
+    let plumes = lowland * FIT[2] * anthropogenic_aod_550;
     // The fit's constant multiplies what the data set has; the plumes bring their own matter.
-    let raised = FIT[1] + FIT[0] / gads_aod_550;
-    let haze = FIT[2] * anthropogenic_aod_550 / raised;
+    let haze = plumes / (FIT[1] + constant / gads_aod_550);
     add_haze(&mut node, haze, &gads.extinction);
     let urban = urban_share(latitude_deg, longitude_deg)?;
     add_city(&mut node, urban, &gads.extinction);
 
-    let region_m = elevation(latitude_deg, longitude_deg)?.region_m;
-    // Into a valley the layers come down.
-    let base_m = region_m.min(altitude_m).round();
     let mut mixture = layers(&node, base_m);
     mixture.urban = urban;
 
@@ -192,7 +198,7 @@ pub fn aerosol_climate(
     let north = if latitude_deg > 0.0 { 1.0 } else { 0.0 };
     let not_high_ice = 1.0 - north * smoothstep(0.0, 1.0, ice) * smoothstep(0.0, 3000.0, region_m);
     let plateau = 1.0 - not_south * not_high_ice;
-    let low = FIT[0] + FIT[2] * anthropogenic_aod_550;
+    let low = constant + plumes;
     let fitted = low + FIT[1] * gads_aod_550;
     let mixed = |fit: f64, clean: f64| fit + plateau * (clean - fit);
     let regional = mixed(fitted, PLATEAU_AOD[0]);
@@ -431,7 +437,7 @@ fn nearest_type(
         "maritime-clean"
     } else if salt > 0.15 {
         "maritime-polluted"
-    } else if mixture.urban > 0.25 || soot > 0.2 {
+    } else if mixture.urban > 0.5 * URBAN_MOST || soot > 0.2 {
         "urban"
     } else if soot > 0.06 {
         "rural"
