@@ -15,8 +15,8 @@ use crate::optics::{aerosol_optics, AerosolOptics};
 use crate::sensor::Sensor;
 use crate::spectrum::{SolarSpectrum, WavelengthGrid};
 use crate::transport::{
-    Accuracy, Budget, Classic, Control, Integrator, Observer, Path, Scene, Shells, SunLight,
-    Tracker,
+    render_until, Accuracy, Budget, Classic, Control, Goal, Integrator, Observer, Outcome, Path,
+    Reins, Scene, Shells, SunLight, Tracker,
 };
 
 /// Radius of sea level \[m\]; the atmosphere ends 100 km above it.
@@ -329,5 +329,31 @@ impl Sky {
             Method::Classic => &Classic,
         };
         integrator.render(&scene, &observer, sensor, &control)
+    }
+
+    /// As [`Sky::render`], until a goal is met; `reins` hold what an interrupted rendering goes on from, and where it is kept.
+    ///
+    /// # Errors
+    /// Those of [`Sky::render`] and [`render_until`]; [`Error::Invalid`] for a method without noise.
+    pub fn render_until(
+        &self,
+        sensor: &dyn Sensor,
+        options: &RenderOptions,
+        goal: &Goal,
+        cancel: &AtomicBool,
+        reins: Reins<'_>,
+    ) -> Result<Outcome> {
+        if options.method == Method::Shells {
+            return Err(Error::invalid(
+                "shells has no noise: it takes the time it takes and is done",
+                "ask for path, or leave out noise, time limit and checkpoint",
+            ));
+        }
+        let look = |sensor: &dyn Sensor, spp: u32, progress: &(dyn Fn(u64, u64) + Sync)| {
+            let mut options = *options;
+            options.budget.spp = spp;
+            self.render(sensor, &options, cancel, progress)
+        };
+        render_until(&look, sensor, options.budget.spp, goal, reins)
     }
 }

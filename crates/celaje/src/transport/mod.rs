@@ -9,6 +9,7 @@
 
 mod classic;
 mod first_order;
+mod goal;
 mod path;
 mod render;
 mod scene;
@@ -20,6 +21,7 @@ mod weights;
 
 pub use classic::Classic;
 pub use path::{Path, PolarisedPath};
+pub use goal::{render_until, Goal, Look, Outcome, Partial, Reins, MOST_PATHS};
 pub use render::{Budget, Control, Observer};
 pub use scene::{Scene, SunLight};
 pub use shells::{Accuracy, Shells, Solution, Tables, TablesOptions};
