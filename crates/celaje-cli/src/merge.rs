@@ -27,7 +27,7 @@ pub struct MergeArgs {
     /// Two .exr files or more
     #[arg(value_name = "FILE.exr", required = true)]
     films: Vec<PathBuf>,
-    /// File to write: .png, .exr or .hdr; may be given several times
+    /// File to write: .png, .exr, .hdr or .nc; may be given several times
     #[arg(short, long, value_name = "FILE", help_heading = "Output")]
     output: Vec<PathBuf>,
     #[command(flatten)]
@@ -51,7 +51,7 @@ pub fn run(args: &MergeArgs) -> Result<(), Failure> {
     let (film, said) = merged(films)?;
     for path in &args.output {
         interrupt::check()?;
-        save(path, &film, &look, &said)?;
+        save(path, &film, &look, None, &said)?;
     }
     let paths = said.iter().find(|(name, _)| name == "spp");
     let paths = paths.map_or("an unknown number of", |(_, n)| n.as_str());

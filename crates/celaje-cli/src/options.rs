@@ -13,7 +13,7 @@ use celaje::place::{parse_time, Site};
 use celaje::sensor::{Fisheye, LatLong, Perspective, Sensor, PROJECTIONS};
 use celaje::sky::{Method, RenderOptions, SunDisc};
 use celaje::spectrum::SolarSpectrum;
-use celaje::transport::{Budget, Goal, Outcome, Partial, Reins, MOST_PATHS};
+use celaje::transport::{Budget, Goal, Keep, Outcome, Partial, Reins, MOST_PATHS};
 use celaje::{Error, Film, Sky, WavelengthGrid};
 use clap::{Args, ValueEnum};
 
@@ -382,7 +382,7 @@ impl Plan {
         sensor: &dyn Sensor,
         mode: ProgressMode,
         resume: Option<Partial>,
-        keep: Option<&dyn Fn(&Partial) -> celaje::Result<()>>,
+        keep: Option<Keep<'_>>,
     ) -> Result<Outcome, Failure> {
         let progress = Progress::start(mode);
         let report = |done, total| progress.report(done, total);
@@ -445,7 +445,7 @@ impl MethodOptions {
     fn goal(&self) -> Result<Goal, Failure> {
         let noise = self.noise.as_deref().map(relative).transpose()?;
         if let Some(noise) = noise {
-            check_range("noise", noise, "", 1e-5..=1.0)?;
+            check_range("noise", noise, "", 1e-6..=1.0)?;
         }
         let time_limit = self.time_limit.as_deref().map(duration).transpose()?;
         Ok(Goal { noise, time_limit })

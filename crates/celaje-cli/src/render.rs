@@ -142,8 +142,7 @@ fn look_with_checkpoint(
     args: &RenderArgs,
 ) -> Result<Outcome, Failure> {
     let (width, height) = sensor.size();
-    let black = Film::new(width, height, sky.wavelength_nm())?;
-    let resume = read_checkpoint(path, black, identity)?;
+    let resume = read_checkpoint(path, (width, height), sky.wavelength_nm(), identity)?;
     if let Some(partial) = &resume {
         let all = Film::blocks(width, height).len();
         let share = 100.0 * partial.blocks_finished as f64 / all as f64;

@@ -9,7 +9,9 @@ use crate::composition::AirProfile;
 use crate::error::{check_range, Error, Result};
 use crate::film::Film;
 use crate::math::Vec3;
-use crate::medium::{from_atmosphere, grid_with_edges, LayeredMedium, Medium};
+use crate::medium::{
+    from_atmosphere, grid_with_edges, GridBox, GriddedMedium, LayeredMedium, Medium,
+};
 use crate::optics::rayleigh::Rayleigh;
 use crate::optics::{aerosol_optics, AerosolOptics};
 use crate::sensor::Sensor;
@@ -148,6 +150,8 @@ pub struct Sky {
     pub sun: SunLight,
     /// Albedo of the ground, shape (w,).
     pub albedo: Vec<f64>,
+    /// A box in the air whose content varies in all directions, such as a cloud; only the methods `tracker` and `classic` take it.
+    pub cloud: Option<GridBox>,
 }
 
 /// Sets the amount of aerosol that the conditions ask for, and enters its optical depth there.
@@ -230,6 +234,7 @@ impl Sky {
             medium,
             sun,
             albedo,
+            cloud: None,
         })
     }
 
@@ -267,6 +272,7 @@ impl Sky {
             medium,
             sun,
             albedo: albedo.to_vec(),
+            cloud: None,
         })
     }
 
@@ -304,7 +310,6 @@ impl Sky {
                 hint: format!("the ground is at {ground_m} m above sea level here"),
             });
         }
-        let scene = Scene::new(&self.medium, self.sun.clone(), &self.albedo)?;
         let radius_m = self.medium.ground_radius_m() + (altitude_m - ground_m);
         let observer = Observer {
             radius_m,
@@ -328,6 +333,19 @@ impl Sky {
             Method::Tracker => &Tracker,
             Method::Classic => &Classic,
         };
+        if let Some(cloud) = &self.cloud {
+            let medium = GriddedMedium::new(&self.medium, cloud)?;
+            let scene = Scene::new(&medium, self.sun.clone(), &self.albedo)?;
+            return match options.method {
+                Method::Tracker => Tracker.render(&scene, &observer, sensor, &control),
+                Method::Classic => Classic.render(&scene, &observer, sensor, &control),
+                Method::Shells | Method::Path => Err(Error::invalid(
+                    "a cloud is no concentric shell, and this method takes nothing else",
+                    "ask for the method tracker",
+                )),
+            };
+        }
+        let scene = Scene::new(&self.medium, self.sun.clone(), &self.albedo)?;
         integrator.render(&scene, &observer, sensor, &control)
     }
 

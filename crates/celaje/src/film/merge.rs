@@ -33,17 +33,27 @@ impl Weights {
 impl Film {
     /// Means and variances, one pair for each quantity of the film.
     pub(crate) fn planes(&self) -> Vec<[&[f32]; 2]> {
-        vec![[&self.radiance, &self.variance]]
+        let mut planes = vec![[&self.radiance[..], &self.variance[..]]];
+        let others = self.polarisation.iter().flat_map(|p| p.planes());
+        planes.extend(others.map(|plane| [&plane.mean[..], &plane.variance[..]]));
+        planes
     }
 
     /// As [`Film::planes`], to be filled.
     pub(crate) fn planes_mut(&mut self) -> Vec<[&mut [f32]; 2]> {
-        vec![[&mut self.radiance, &mut self.variance]]
+        let mut planes = vec![[&mut self.radiance[..], &mut self.variance[..]]];
+        let others = self.polarisation.iter_mut();
+        let others = others.flat_map(|p| p.planes_mut());
+        planes.extend(others.map(|plane| [&mut plane.mean[..], &mut plane.variance[..]]));
+        planes
     }
 
     /// A black film of the same quantities and wavelengths in another size.
     pub(crate) fn black_like(&self, width: usize, height: usize) -> Result<Self> {
-        Self::new(width, height, &self.wavelength_nm)
+        match self.polarisation {
+            None => Self::new(width, height, &self.wavelength_nm),
+            Some(_) => Self::new_polarised(width, height, &self.wavelength_nm),
+        }
     }
 
     /// Puts pixels of another film in the place of one's own; `pairs` are (own, other) pixels.
@@ -51,10 +61,9 @@ impl Film {
         let w = self.wavelength_nm.len();
         for (to, from) in pairs {
             self.samples[to] = other.samples[from];
-            for (own, theirs) in self.planes_mut().into_iter().zip(other.planes()) {
-                for (own, theirs) in own.into_iter().zip(theirs) {
-                    own[to * w..(to + 1) * w].copy_from_slice(&theirs[from * w..(from + 1) * w]);
-                }
+            let own = self.planes_mut().into_iter().flatten();
+            for (own, theirs) in own.zip(other.planes().into_iter().flatten()) {
+                own[to * w..(to + 1) * w].copy_from_slice(&theirs[from * w..(from + 1) * w]);
             }
         }
     }
@@ -213,6 +222,32 @@ mod tests {
         film.variance = variance.to_vec();
         film.samples = samples.to_vec();
         film
+    }
+
+    /// Q, U and V go the way of the radiance, with its weights.
+    #[test]
+    fn polarisation_is_merged_too() {
+        let mut a = Film::new_polarised(1, 1, &[500.0]).unwrap();
+        a.samples[0] = 1;
+        a.variance[0] = 1.0;
+        let mut b = a.clone();
+        b.samples[0] = 3;
+        for (k, plane) in b
+            .polarisation
+            .iter_mut()
+            .flat_map(|p| p.planes_mut())
+            .enumerate()
+        {
+            plane.mean[0] = -4.0 * k as f32;
+            plane.variance[0] = 16.0;
+        }
+        assert!(a.clone().merge(&film([1.0; 4], [1.0; 4], [1; 2])).is_err());
+        a.merge(&b).unwrap();
+        let merged = a.polarisation.unwrap();
+        let values = merged
+            .planes()
+            .map(|plane| (plane.mean[0], plane.variance[0]));
+        assert_eq!(values, [(0.0, 9.0), (-3.0, 9.0), (-6.0, 9.0)]);
     }
 
     /// Of a film with three times the paths, the weights are 1/4 and 3/4; where one film saw nothing, the other counts.

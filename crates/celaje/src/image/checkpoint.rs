@@ -72,11 +72,16 @@ pub fn write_checkpoint(path: &Path, partial: &Partial, identity: &Metadata) -> 
     })
 }
 
-/// Reads a checkpoint into `black`, a black film of the rendering that is to go on; `None` if there is no such file.
+/// Reads the checkpoint of a picture of `size` pixels (width, height); `None` if there is no such file.
 ///
 /// # Errors
 /// [`Error::File`] for a file that is no checkpoint, is damaged, or belongs to another rendering; says in what they differ.
-pub fn read_checkpoint(path: &Path, black: Film, identity: &Metadata) -> Result<Option<Partial>> {
+pub fn read_checkpoint(
+    path: &Path,
+    size: (usize, usize),
+    wavelength_nm: &[f64],
+    identity: &Metadata,
+) -> Result<Option<Partial>> {
     let refused = |message: String, hint: &str| Error::File {
         path: path.display().to_string(),
         message,
@@ -117,7 +122,7 @@ pub fn read_checkpoint(path: &Path, black: Film, identity: &Metadata) -> Result<
     if head != head_of(identity) {
         return Err(other(difference(head, identity)));
     }
-    read_film(&mut input, black)
+    read_film(&mut input, size, wavelength_nm)
         .ok_or_else(|| other("its size or wavelengths differ".to_owned()))
         .map(Some)
 }
@@ -127,14 +132,21 @@ pub fn remove_checkpoint(path: &Path) {
     let _ = fs::remove_file(path);
 }
 
-fn read_film(input: &mut Input<'_>, mut film: Film) -> Option<Partial> {
-    let planes = film.planes().len();
-    let expected = [film.width, film.height, film.wavelength_nm.len(), planes];
-    for wanted in expected {
+fn read_film(
+    input: &mut Input<'_>,
+    (width, height): (usize, usize),
+    wavelength_nm: &[f64],
+) -> Option<Partial> {
+    for wanted in [width, height, wavelength_nm.len()] {
         if input.number()? != wanted {
             return None;
         }
     }
+    let mut film = match input.number()? {
+        1 => Film::new(width, height, wavelength_nm).ok()?,
+        4 => Film::new_polarised(width, height, wavelength_nm).ok()?,
+        _ => return None,
+    };
     let (blocks_finished, reached) = (input.number()?, input.number()? == 1);
     if blocks_finished > Film::blocks(film.width, film.height).len() {
         return None;
@@ -234,7 +246,13 @@ mod tests {
     use super::*;
 
     fn partial() -> Partial {
-        let whole = film(20, 10, &[450.0, 550.5, 650.0]);
+        let mut whole = Film::new_polarised(20, 10, &[450.0, 550.5, 650.0]).unwrap();
+        let scalar = film(20, 10, &[450.0, 550.5, 650.0]);
+        (whole.samples, whole.radiance, whole.variance) =
+            (scalar.samples, scalar.radiance, scalar.variance);
+        for plane in whole.polarisation.iter_mut().flat_map(|p| p.planes_mut()) {
+            plane.mean = whole.radiance.iter().rev().copied().collect();
+        }
         let mut film = whole.black_like(20, 10).unwrap();
         let pixels = Film::blocks(20, 10)[..4].concat();
         film.set_pixels(&whole, pixels.into_iter().map(|p| (p, p)));
@@ -246,8 +264,7 @@ mod tests {
     }
 
     fn read(path: &Path, identity: &Metadata) -> Result<Option<Partial>> {
-        let black = Film::new(20, 10, &[450.0, 550.5, 650.0]).unwrap();
-        read_checkpoint(path, black, identity)
+        read_checkpoint(path, (20, 10), &[450.0, 550.5, 650.0], identity)
     }
 
     #[test]
@@ -270,6 +287,7 @@ mod tests {
         assert_eq!(bits(&back), bits(&kept));
         assert_eq!(back.film.variance, kept.film.variance);
         assert_eq!(back.film.samples, kept.film.samples);
+        assert_eq!(back.film.polarisation, kept.film.polarisation);
         assert_eq!((back.blocks_finished, back.reached), (4, false));
         remove_checkpoint(&path);
         assert!(folder.listing().is_empty());
@@ -308,8 +326,10 @@ mod tests {
             "{told}"
         );
         fs::write(&path, &whole).unwrap();
-        let black = Film::new(20, 10, &[450.0, 550.0, 650.0]).unwrap();
-        let e = read_checkpoint(&path, black, &metadata()).unwrap_err();
-        assert!(e.to_string().contains("wavelengths"), "{e}");
+        for (width, nm) in [(20, 550.0), (21, 550.5)] {
+            let grid = [450.0, nm, 650.0];
+            let e = read_checkpoint(&path, (width, 10), &grid, &metadata()).unwrap_err();
+            assert!(e.to_string().contains("wavelengths"), "{e}");
+        }
     }
 }

@@ -44,12 +44,15 @@ pub struct Partial {
 pub type Look<'a> =
     &'a (dyn Fn(&dyn Sensor, u32, &(dyn Fn(u64, u64) + Sync)) -> Result<Film> + Sync);
 
+/// Keeps what is finished.
+pub type Keep<'a> = &'a dyn Fn(&Partial) -> Result<()>;
+
 /// The strings by which a caller holds a rendering towards a goal.
 pub struct Reins<'a> {
     /// Where an earlier run was interrupted.
     pub resume: Option<Partial>,
     /// Called after each piece of some seconds with all that is finished; `None` renders in one piece, if memory allows.
-    pub keep: Option<&'a dyn Fn(&Partial) -> Result<()>>,
+    pub keep: Option<Keep<'a>>,
     /// Called from any thread with (work done, work in all); both may be corrected as the work goes on.
     pub progress: &'a (dyn Fn(u64, u64) + Sync),
 }
@@ -85,7 +88,7 @@ pub fn render_until(
     reins: Reins<'_>,
 ) -> Result<Outcome> {
     if let Some(noise) = goal.noise {
-        check_range("noise", noise, "", f64::MIN_POSITIVE..=1.0)?;
+        check_range("noise", noise, "", 1e-6..=1.0)?;
     }
     if goal.time_limit.is_some() && (reins.keep.is_some() || reins.resume.is_some()) {
         return Err(Error::invalid(
@@ -176,11 +179,7 @@ impl Job<'_> {
     }
 
     /// Piece after piece of the picture, each to its end.
-    fn in_pieces(
-        &mut self,
-        noise: Option<f64>,
-        keep: Option<&dyn Fn(&Partial) -> Result<()>>,
-    ) -> Result<Outcome> {
+    fn in_pieces(&mut self, noise: Option<f64>, keep: Option<Keep<'_>>) -> Result<Outcome> {
         let begun_at = self.partial.as_ref().map_or(0, |p| p.blocks_finished);
         if begun_at > self.blocks.len() {
             return Err(Error::invalid(

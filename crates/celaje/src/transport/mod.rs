@@ -20,8 +20,8 @@ mod tracking;
 mod weights;
 
 pub use classic::Classic;
+pub use goal::{render_until, Goal, Keep, Look, Outcome, Partial, Reins, MOST_PATHS};
 pub use path::{Path, PolarisedPath};
-pub use goal::{render_until, Goal, Look, Outcome, Partial, Reins, MOST_PATHS};
 pub use render::{Budget, Control, Observer};
 pub use scene::{Scene, SunLight};
 pub use shells::{Accuracy, Shells, Solution, Tables, TablesOptions};
