@@ -98,10 +98,10 @@ fn plainly_stopped(look: Look<'_>, sensor: &dyn Sensor, noise: f64) -> Vec<f32> 
             Some(all) => all.add_pixels(&film, (0..n).map(|p| (p, p)), Weights::Samples),
         }
         let all = all.as_ref().unwrap();
-        for pixel in 0..n {
+        for (pixel, value) in result.iter_mut().enumerate() {
             let small = all.noise_of(&[pixel]).is_some_and(|own| own <= noise);
-            if result[pixel].is_nan() && small {
-                result[pixel] = all.radiance[pixel];
+            if value.is_nan() && small {
+                *value = all.radiance[pixel];
             }
         }
     }
