@@ -63,7 +63,7 @@ fn optical_depth(medium: &GriddedMedium<'_>, ray: &Ray, span: Span) -> f64 {
 }
 
 /// Rationale: the walk from block to block must neither skip, repeat nor misplace a cell. Expected: ratio tracking and free
-/// paths give exp(−τ) on rays up, slant, level, grazing from outside, and down through the box. Power: standard errors are
+/// paths give exp(−τ) on rays up, slant, level, out by the side, and down through the box. Power: standard errors are
 /// held below 1 % (of T, between 0.1 and 0.95), a bias of 8 % is caught 99 % of the time; the optical depth of one wrong
 /// cell in ten is more.
 #[test]
@@ -78,7 +78,11 @@ fn transmittance_is_exact() {
         ("slant", ground(-3e3, 1e3), look(70.0, 50.0)),
         ("low", ground(5e3, 2e3), look(250.0, 30.0)),
         ("within", level(2750.0), look(200.0, 3.0)),
-        ("grazing", level(2950.0), look(130.0, -0.6)),
+        (
+            "side",
+            ground(8e3, -5e3) * (1.0 + 2000.0 / PLANET_RADIUS_M),
+            look(80.0, 4.0),
+        ),
         ("down", level(9e3), look(300.0, -60.0)),
     ];
     for (name, origin, direction) in rays {
@@ -267,7 +271,7 @@ fn tracker_equals_classic_in_a_cloud() {
                 &format!("direction {direction}, lane {lane}"),
                 &a,
                 &b,
-                0.025,
+                0.03,
                 12,
             );
         }

@@ -101,7 +101,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         let metadata = with_paths(metadata, &film, &plan);
         for path in &args.output {
             interrupt::check()?;
-            save(path, &film, &look, Some(sensor.as_ref()), &metadata)?;
+            save(path, &film, &look, Some(sensor), &metadata)?;
         }
         args.checkpoint.as_deref().map(remove_checkpoint);
         eprintln!("{}", summary(&film, &plan, rendered_s));
