@@ -111,7 +111,17 @@ class Sky:
         sun_disc: str,
         altitude_m: float | None,
         threads: int | None,
+        noise: float | None,
+        time_limit_s: float | None,
     ) -> tuple[_F32, _F32, _U32]: ...
+    def with_cloud(
+        self,
+        edges_m: tuple[_F64, _F64, _F64],
+        density: _F64,
+        sigma_s: _F64,
+        sigma_a: _F64,
+        phase: Phase,
+    ) -> Sky: ...
     def irradiance(
         self,
         method: str | None,
@@ -183,6 +193,10 @@ def save(
     view: Sensor | None,
     metadata: list[tuple[str, str]],
 ) -> None: ...
+def read_exr(path: str) -> tuple[_F32, _F32, _U32, _F64, list[tuple[str, str]]]: ...
+def merged(
+    films: list[tuple[_F32, _F32, _U32, _F64, list[tuple[str, str]]]],
+) -> tuple[_F32, _F32, _U32, _F64, list[tuple[str, str]]]: ...
 def mie(n: float, k: float, size_parameter: float) -> MieSphere: ...
 def rayleigh_cross_section(wavelength_nm: _F64) -> _F64: ...
 def aerosol(

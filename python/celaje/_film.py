@@ -151,6 +151,73 @@ class Film:
             metadata=list(self.metadata.items()),
         )
 
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Film:
+        """Read an ``.exr`` that celaje has written, bit for bit.
+
+        Parameters
+        ----------
+        path : str or path
+
+        Returns
+        -------
+        Film
+            With its metadata; where its pixels look is not known to it.
+
+        Raises
+        ------
+        FileError
+            A file that cannot be read or was not written by celaje.
+        """
+        return cls._of(_core.read_exr(os.fspath(path)))
+
+    def merge(self, *others: Film) -> Film:
+        """Put films of the same picture, rendered with other seeds, together.
+
+        Each pixel is the mean of all, weighted by the paths behind it, and its variance falls accordingly.
+
+        Parameters
+        ----------
+        *others : Film
+            At least one.
+
+        Returns
+        -------
+        Film
+
+        Raises
+        ------
+        InvalidInputError
+            Films of the same seed, of different skies, sizes or wavelengths, or without noise.
+
+        Examples
+        --------
+        >>> import celaje
+        >>> sky = celaje.sky(sun_elevation=30, wavelengths="450,650")
+        >>> a, b = (sky.render(size=4, spp=8, seed=seed) for seed in (1, 2))
+        >>> a.merge(b).metadata["seed"], int(a.merge(b).samples.max())
+        ('1,2', 16)
+        """
+        films = [
+            (
+                film._seen()[0],
+                np.ascontiguousarray(film.variance, dtype=np.float32),
+                *film._seen()[1:],
+                list(film.metadata.items()),
+            )
+            for film in (self, *others)
+        ]
+        return self._of(_core.merged(films), self._sensor)
+
+    @classmethod
+    def _of(
+        cls,
+        parts: tuple[Singles, Singles, NDArray[np.uint32], Floats, list[tuple[str, str]]],
+        sensor: _core.Sensor | None = None,
+    ) -> Film:
+        radiance, variance, samples, wavelength_nm, metadata = parts
+        return cls(radiance, variance, samples, wavelength_nm, dict(metadata), sensor)
+
     def xarray(self) -> xarray.Dataset:
         """The film as a dataset with CF metadata; needs ``celaje[xarray]``.
 
@@ -227,8 +294,10 @@ class Radiance:
         Where it was looked. [deg]
     wavelength_nm : ndarray of float64, shape (wavelength,)
         Vacuum wavelengths. [nm]
-    spp, seed : int
-        Paths per direction and seed; with them the same values come out again.
+    spp : int
+        Paths per direction; on average, where `noise` decided.
+    seed : int
+        With it the same values come out again.
     """
 
     radiance: Singles

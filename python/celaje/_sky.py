@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from ._arrays import Floats, vector, wavelength_grid
+from ._arrays import Floats, as_float, per_wavelength, vector, wavelength_grid
 from ._atmosphere import Atmosphere
 from ._climate import Place, When, Words, read_conditions
 from ._conditions import Conditions
@@ -15,18 +15,16 @@ from ._errors import (
     NotBuiltError,
     OutOfRangeError,
     ShapeMismatchError,
-    TooLargeError,
     UnknownNameError,
 )
 from ._film import Film, Irradiance, Radiance
-from ._medium import Medium
+from ._medium import Medium, Phase
 from ._optics import Aerosol
 
 PROJECTIONS = ("fisheye", "latlong", "perspective")
 DEFAULT_SPP = 64
-# A first guess at the noise, and how much more than it asks for is spent.
-PILOT_SPP = 64
-NOISE_MARGIN = 1.15
+# The most that a pixel is given where noise or time decides.
+MOST_PATHS = 2**22
 MAX_SPP = 2**32 - 1
 
 
@@ -82,7 +80,9 @@ class Sky:
         sun_disc: str = "on",
         method: str | None = None,
         accuracy: str = "default",
+        noise: float | None = None,
         spp: int | None = None,
+        time_limit: float | None = None,
         max_order: int | None = None,
         seed: int = 0,
         threads: int | None = None,
@@ -105,12 +105,17 @@ class Sky:
         sun_disc : str
             ``"on"``, ``"off"`` or ``"only"``.
         method : str, optional
-            ``"shells"`` (default, without noise), ``"path"`` (default if `spp` is given), ``"tracker"`` or
-            ``"classic"``.
+            ``"shells"`` (default, without noise), ``"path"`` (default if `spp`, `noise` or `time_limit` is given),
+            ``"tracker"`` or ``"classic"``.
         accuracy : str
             How finely ``"shells"`` cuts: ``"preview"``, ``"default"`` or ``"high"``.
+        noise : float, optional
+            Relative noise to reach, such as 0.01: in every block of 8×8 pixels, at every wavelength, the root mean square
+            of the standard errors over the mean radiance.
         spp : int, optional
-            Paths per pixel, 64 by default; noise falls with their square root.
+            Paths per pixel, 64 by default; noise falls with their square root. With `noise` or `time_limit`: at most.
+        time_limit : float, optional
+            Follow paths for this long; the batch under way is finished. [s]
         max_order : int, optional
             Count this many scatterings and reflections only.
         seed : int
@@ -139,8 +144,10 @@ class Sky:
         """
         sensor = _sensor(projection, size, fov, look)
         if method is None:
-            method = "shells" if spp is None else "path"
-        spp = _count("spp", DEFAULT_SPP if spp is None else spp, MAX_SPP)
+            method = "shells" if spp is None and noise is None and time_limit is None else "path"
+        open_ended = noise is not None or time_limit is not None
+        default_spp = MOST_PATHS if open_ended else DEFAULT_SPP
+        spp = _count("spp", default_spp if spp is None else spp, MAX_SPP)
         seed = _count("seed", seed, 2**64 - 1, least=0)
         radiance, variance, samples = self._raw.render(
             sensor,
@@ -152,6 +159,8 @@ class Sky:
             sun_disc,
             altitude_m,
             _threads(threads),
+            noise,
+            time_limit,
         )
         metadata = dict(self._origin)
         if self._conditions is not None:
@@ -163,8 +172,12 @@ class Sky:
         if method == "shells":
             metadata["accuracy"] = accuracy
         else:
-            metadata["spp"] = str(spp)
+            metadata["spp"] = str(_mean_paths(samples) if open_ended else spp)
             metadata["seed"] = str(seed)
+        if noise is not None:
+            metadata["noise"] = f"{noise:g}"
+        if time_limit is not None:
+            metadata["time_limit"] = f"{time_limit:g} s"
         metadata["max_order"] = "all" if max_order is None else str(max_order)
         metadata["version"] = _core.__version__
         metadata.update(sensor.description())
@@ -220,10 +233,9 @@ class Sky:
 
         Notes
         -----
-        For `noise` a pilot run estimates the variance, and a run of its own, with fresh random numbers and the number
-        of paths that the pilot asks for, gives the result: its length does not depend on its own values, so it stays
-        unbiased. Only if its standard error still misses the target does it become the pilot of a longer one; runs
-        with a chance low error are then preferred a little, by far less than the error reported.
+        For `noise` each direction is followed by two halves of paths that share no random number; how long one goes on is
+        decided by the noise of the other, so that no value has a say in how much it counts. What is aimed at is 0.9 of
+        the noise asked for.
 
         Examples
         --------
@@ -242,39 +254,72 @@ class Sky:
         sensor = _core.Sensor.directions(azimuth, elevation)
         max_order, threads = _order(max_order), _threads(threads)
 
-        def run(spp: int, seed: int) -> Radiance:
-            values, variance, _ = self._raw.render(
-                sensor, method, accuracy, spp, seed, max_order, sun_disc, altitude_m, threads
-            )
-            error = np.sqrt(variance[0])
-            return Radiance(values[0], error, azimuth, elevation, self.wavelength_nm, spp, seed)
-
         seed = _count("seed", seed, 2**64 - 1, least=0)
-        if noise is None:
-            return run(_count("spp", DEFAULT_SPP if spp is None else spp, MAX_SPP), seed)
-        if spp is not None:
-            raise InvalidInputError("noise and spp are both given", "give one of the two")
-        if not 0.0 < noise < np.inf:
-            raise OutOfRangeError(
-                f"noise = {noise} is outside (0, inf)",
-                "give 0.01 for 1 %",
-                "noise",
-                noise,
-                "",
-                "(0, inf)",
+        default_spp = DEFAULT_SPP if noise is None else MOST_PATHS
+        spp = _count("spp", default_spp if spp is None else spp, MAX_SPP)
+        values, variance, samples = self._raw.render(
+            sensor, method, accuracy, spp, seed, max_order, sun_disc, altitude_m, threads, noise, None
+        )
+        spp = spp if noise is None else _mean_paths(samples)
+        error = np.sqrt(variance[0])
+        return Radiance(values[0], error, azimuth, elevation, self.wavelength_nm, spp, seed)
+
+    def with_cloud(
+        self,
+        east_m: ArrayLike,
+        north_m: ArrayLike,
+        altitude_m: ArrayLike,
+        density: ArrayLike,
+        sigma_s: ArrayLike,
+        sigma_a: ArrayLike,
+        phase: Phase,
+    ) -> Sky:
+        """The same sky with a box of cells in it, such as a cloud; seen by the methods ``"tracker"`` and ``"classic"`` only.
+
+        Parameters
+        ----------
+        east_m, north_m : array_like, shape (x + 1,) and (y + 1,)
+            Edges of the cells on the plane that touches the sphere of altitude 0 under the observer, increasing. Cells stand
+            upright: their sides are planes through the planet's centre. [m]
+        altitude_m : array_like, shape (z + 1,)
+            Edges above sea level, increasing. [m]
+        density : array_like, shape (z, y, x)
+            Factor on the coefficients, constant in each cell, >= 0. [1]
+        sigma_s, sigma_a : float or array_like, shape (wavelength,)
+            Scattering and absorption at density 1. [m⁻¹]
+        phase : Phase
+            How it scatters.
+
+        Returns
+        -------
+        Sky
+
+        Examples
+        --------
+        >>> import celaje
+        >>> sky = celaje.sky(sun_elevation=40, wavelengths="450,650")
+        >>> cloud = sky.with_cloud(
+        ...     [-500.0, 500.0], [-500.0, 500.0], [1000.0, 1500.0], [[[1.0]]], 0.05, 0.0,
+        ...     celaje.Phase.henyey_greenstein(0.85),
+        ... )
+        >>> zenith = dict(azimuth_deg=0.0, elevation_deg=90.0, method="tracker", spp=256)
+        >>> bool((cloud.radiance(**zenith).radiance > 2 * sky.radiance(**zenith).radiance).all())
+        True
+        """
+        edges = (vector("east_m", east_m), vector("north_m", north_m), vector("altitude_m", altitude_m))
+        cells = as_float("density", density)
+        expected = tuple(len(e) - 1 for e in reversed(edges))
+        if cells.shape != expected:
+            raise ShapeMismatchError(
+                f"density has shape {cells.shape}, expected (altitude, north, east) = {expected}",
+                "give one value per cell: one less than edges along each axis",
             )
-        result = run(PILOT_SPP, seed)
-        while True:
-            reached = _relative_error(result)
-            if reached <= noise and result.seed != seed:
-                return result
-            paths = max(result.spp * NOISE_MARGIN * (reached / noise) ** 2, PILOT_SPP)
-            if paths > MAX_SPP:
-                raise TooLargeError(
-                    f"noise = {noise:g} would take {paths:.3g} paths per direction; the limit is {MAX_SPP}",
-                    "ask for a larger noise",
-                )
-            result = run(int(np.ceil(paths)), (result.seed + 1) % 2**64)
+        count = self.wavelength_nm.size
+        coefficients = (per_wavelength(n, v, count) for n, v in (("sigma_s", sigma_s), ("sigma_a", sigma_a)))
+        raw = self._raw.with_cloud(edges, cells.ravel(), *coefficients, phase._raw)
+        made = Sky(raw, self._conditions)
+        made._origin = dict(self._origin)
+        return made
 
     def irradiance(
         self,
@@ -546,12 +591,10 @@ def _directions(azimuth_deg: ArrayLike, elevation_deg: ArrayLike) -> tuple[Float
     return np.ascontiguousarray(azimuth), np.ascontiguousarray(elevation)
 
 
-def _relative_error(result: Radiance) -> float:
-    """The largest standard error over radiance, where there is any light."""
-    lit = result.radiance > 0.0
-    if not lit.any():
-        return 0.0
-    return float((result.standard_error[lit] / result.radiance[lit]).max())
+def _mean_paths(samples: NDArray[np.uint32]) -> int:
+    """Paths per pixel that sees something, on average."""
+    lit = samples[samples > 0]
+    return round(float(lit.mean())) if lit.size else 0
 
 
 def _count(name: str, value: int, most: int, least: int = 1) -> int:

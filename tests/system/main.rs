@@ -4,10 +4,12 @@
 mod support;
 
 mod energy;
+mod gridded;
 mod polarisation;
 mod reproducibility;
 mod scenes;
 mod shells;
 mod single_scattering;
+mod unbiased;
 mod variants;
 mod white_furnace;

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use celaje::irradiance::{Irradiance, SpectralIrradiance};
 use celaje::sky::Method;
+use celaje::transport::Goal;
 use celaje::Result;
 use clap::Args;
 
@@ -49,6 +50,12 @@ pub fn run(args: &IrradianceArgs) -> std::result::Result<(), Failure> {
         Disc::On,
         (Method::Path, 64),
     )?;
+    if plan.goal != Goal::default() {
+        return Err(Failure::usage(
+            "--noise and --time-limit are for render and radiance",
+            "give --spp N, and look at the columns se_",
+        ));
+    }
     let irradiance = plan.on_threads(|| plan.measure(&plan.sky()?, args.method.progress))?;
     write_stdout(&output(&irradiance)?)
 }

@@ -1,4 +1,4 @@
-//! The command line of celaje: `celaje render`, `radiance`, `irradiance`, `explain`, `atmosphere`, `list`.
+//! The command line of celaje: `celaje render`, `radiance`, `irradiance`, `explain`, `atmosphere`, `merge`, `list`.
 //!
 //! [`run`] is the whole command; the program `celaje` and the Python package both call it. Data go to stdout and
 //! into files, everything else to stderr. Everything that a user can get wrong is checked before any work begins.
@@ -11,6 +11,7 @@ mod failure;
 mod interrupt;
 mod irradiance;
 mod list;
+mod merge;
 mod options;
 mod progress;
 mod radiance;
@@ -48,6 +49,7 @@ enum Command {
     Irradiance(irradiance::IrradianceArgs),
     Explain(explain::ExplainArgs),
     Atmosphere(atmosphere::AtmosphereArgs),
+    Merge(merge::MergeArgs),
     List(list::ListArgs),
 }
 
@@ -92,6 +94,7 @@ fn dispatch(args: &[OsString]) -> Result<(), Failure> {
         Command::Irradiance(args) => irradiance::run(&args),
         Command::Explain(args) => explain::run(&args),
         Command::Atmosphere(args) => atmosphere::run(&args),
+        Command::Merge(args) => merge::run(&args),
         Command::List(args) => list::run(&args),
     }
 }

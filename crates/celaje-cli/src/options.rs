@@ -1,6 +1,7 @@
 //! The options that commands share, and what the library makes of them.
 
 use std::num::NonZeroUsize;
+use std::time::Duration;
 
 use celaje::climate::{Albedo, Conditions, Overrides, OzoneClimate};
 use celaje::colour::{Exposure, Look, Observer, ToneCurve};
@@ -12,7 +13,9 @@ use celaje::place::{parse_time, Site};
 use celaje::sensor::{Fisheye, LatLong, Perspective, Sensor, PROJECTIONS};
 use celaje::sky::{Method, RenderOptions, SunDisc};
 use celaje::spectrum::SolarSpectrum;
-use celaje::transport::{Accuracy, Budget};
+use celaje::transport::{
+    Accuracy, Budget, Goal, Keep, Outcome, Partial, Reins, MOST_PATHS,
+};
 use celaje::{Error, Film, Sky, WavelengthGrid};
 use clap::{Args, ValueEnum};
 
@@ -154,7 +157,7 @@ pub struct Picture {
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Method")]
 pub struct MethodOptions {
-    /// Method: shells, path, tracker, classic (celaje list methods) [default: path; render without --spp: shells]
+    /// Method: shells, path, tracker, classic (celaje list methods) [default: path; render without --spp, --noise: shells]
     #[arg(long, value_name = "NAME")]
     method: Option<String>,
     /// How finely shells cuts: preview, default, high
@@ -163,6 +166,12 @@ pub struct MethodOptions {
     /// Paths per pixel or direction, 1 or more; noise falls with their square root [default: 64; radiance: 1024]
     #[arg(long, value_name = "N")]
     spp: Option<u64>,
+    /// Follow paths until the relative standard error is this small: 1% or 0.01; --spp is then the most per pixel
+    #[arg(long, value_name = "X%")]
+    noise: Option<String>,
+    /// Follow paths for this long: 60s, 5min, 2h; the batch of paths under way is finished
+    #[arg(long, value_name = "TIME")]
+    time_limit: Option<String>,
     /// Count this many scatterings and reflections only [default: all]
     #[arg(long, value_name = "N")]
     max_order: Option<u32>,
@@ -281,6 +290,8 @@ pub struct Plan {
     pub solar: SolarSpectrum,
     /// How it is looked at.
     pub options: RenderOptions,
+    /// How much is enough.
+    pub goal: Goal,
     threads: Option<NonZeroUsize>,
 }
 
@@ -300,14 +311,29 @@ impl Plan {
             // Up to the distance of the Sun's own planets there is nothing to go wrong; below the ground there is.
             check_range("observer altitude", altitude_m, "m", ground_m..=1e9)?;
         }
-        let spp = method.spp.unwrap_or(default.1);
+        let goal = method.goal()?;
+        let open_ended = goal != Goal::default();
+        let default_spp = if open_ended {
+            u64::from(MOST_PATHS)
+        } else {
+            default.1
+        };
+        let spp = method.spp.unwrap_or(default_spp);
         check_range("spp", spp as f64, "", 1.0..=f64::from(u32::MAX))?;
-        // Who asks for a number of paths wants paths.
-        let default_method = if method.spp.is_some() {
+        // Who asks for a number of paths, or for what only paths have, wants paths.
+        let default_method = if method.spp.is_some() || open_ended {
             Method::Path
         } else {
             default.0
         };
+        let solver = method.method.as_deref();
+        let solver = solver.map_or(Ok(default_method), Method::named)?;
+        if open_ended && solver == Method::Shells {
+            return Err(Failure::usage(
+                "--noise and --time-limit have no meaning for shells, which has no noise",
+                "leave them out, or add --method path",
+            ));
+        }
         if let Some(threads) = method.threads {
             check_range("threads", threads.get() as f64, "", 1.0..=1024.0)?;
         }
@@ -322,10 +348,7 @@ impl Plan {
             solar: SolarSpectrum::named(&air.sun_spectrum)?,
             options: RenderOptions {
                 accuracy: Accuracy::named(&method.accuracy)?,
-                method: method
-                    .method
-                    .as_deref()
-                    .map_or(Ok(default_method), Method::named)?,
+                method: solver,
                 budget,
                 sun_disc: match disc {
                     Disc::On => SunDisc::On,
@@ -334,6 +357,7 @@ impl Plan {
                 },
                 altitude_m: view.observer_altitude,
             },
+            goal,
             threads: method.threads,
         })
     }
@@ -353,12 +377,48 @@ impl Plan {
         sky: &Sky,
         sensor: &dyn Sensor,
         mode: ProgressMode,
-    ) -> Result<Film, Failure> {
+    ) -> Result<Outcome, Failure> {
+        self.look_and_keep(sky, sensor, mode, None, None)
+    }
+
+    /// As [`Plan::look`], from where an earlier run was interrupted, and keeping what is finished every few seconds.
+    pub fn look_and_keep(
+        &self,
+        sky: &Sky,
+        sensor: &dyn Sensor,
+        mode: ProgressMode,
+        resume: Option<Partial>,
+        keep: Option<Keep<'_>>,
+    ) -> Result<Outcome, Failure> {
         let progress = Progress::start(mode);
         let report = |done, total| progress.report(done, total);
-        Ok(interrupt::stoppable(|flag| {
-            sky.render(sensor, &self.options, flag, &report)
-        })?)
+        let outcome = interrupt::stoppable(|flag| {
+            if self.goal == Goal::default() && keep.is_none() {
+                let film = sky.render(sensor, &self.options, flag, &report)?;
+                return Ok(Outcome {
+                    film,
+                    reached: true,
+                });
+            }
+            let reins = Reins {
+                resume,
+                keep,
+                progress: &report,
+            };
+            sky.render_until(sensor, &self.options, &self.goal, flag, reins)
+        })?;
+        progress.finish();
+        if let (false, Some(noise)) = (outcome.reached, self.goal.noise) {
+            let got = outcome
+                .film
+                .noise()
+                .map_or(String::new(), |n| format!("{:.2} % is ", 100.0 * n));
+            eprintln!(
+                "note: {got}the noise reached, {:.2} % was asked for; more paths or time would be needed",
+                100.0 * noise
+            );
+        }
+        Ok(outcome)
     }
 
     /// Measures irradiance, with progress, until it is done or the user has enough.
@@ -383,6 +443,18 @@ impl Plan {
             .build()
             .map_err(|e| Failure::usage(format!("{threads} threads: {e}"), "ask for fewer"))?
             .install(work)
+    }
+}
+
+impl MethodOptions {
+    /// Noise and time, from words.
+    fn goal(&self) -> Result<Goal, Failure> {
+        let noise = self.noise.as_deref().map(relative).transpose()?;
+        if let Some(noise) = noise {
+            check_range("noise", noise, "", 1e-6..=1.0)?;
+        }
+        let time_limit = self.time_limit.as_deref().map(duration).transpose()?;
+        Ok(Goal { noise, time_limit })
     }
 }
 
@@ -474,6 +546,43 @@ pub fn wavelengths(text: &str) -> Result<WavelengthGrid, Failure> {
     })
 }
 
+/// `1%`, `0.5 %` or `0.01`.
+fn relative(text: &str) -> Result<f64, Failure> {
+    let (number, unit) = match text.trim().strip_suffix('%') {
+        Some(number) => (number.trim_end(), 0.01),
+        None => (text.trim(), 1.0),
+    };
+    let number: Result<f64, _> = number.parse();
+    number.map(|n| n * unit).map_err(|_| {
+        Failure::usage(
+            format!("noise '{text}' is not understood"),
+            "give a relative standard error such as 1% or 0.01",
+        )
+    })
+}
+
+/// `60s`, `5min`, `2h`, or seconds.
+fn duration(text: &str) -> Result<Duration, Failure> {
+    let plain = text.trim();
+    let digits = plain.trim_end_matches(|c: char| c.is_ascii_alphabetic());
+    let unit_s = match &plain[digits.len()..] {
+        "" | "s" => Some(1.0),
+        "m" | "min" => Some(60.0),
+        "h" => Some(3600.0),
+        _ => None,
+    };
+    let number = digits.trim_end().parse::<f64>().ok();
+    let Some((number, unit_s)) = number.zip(unit_s) else {
+        return Err(Failure::usage(
+            format!("time limit '{text}' is not understood"),
+            "give a time such as 60s, 5min or 2h",
+        ));
+    };
+    // A year is as good as no limit.
+    check_range("time limit", number * unit_s, "s", 0.001..=3.2e7)?;
+    Ok(Duration::from_secs_f64(number * unit_s))
+}
+
 /// `WxH` or `N`.
 fn size(text: &str, latlong: bool) -> Result<(usize, usize), Failure> {
     let plain = text.to_ascii_lowercase();
@@ -507,4 +616,26 @@ fn pair(name: &str, text: &str) -> Result<(f64, f64), Failure> {
 pub fn unknown(kind: &'static str, name: &str, known: Vec<String>) -> Failure {
     let name = name.to_owned();
     Error::UnknownName { kind, name, known }.into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn noise_and_time_are_read_in_several_units() {
+        for (text, expected) in [("1%", 0.01), ("0.5 %", 0.005), ("0.02", 0.02)] {
+            assert!((relative(text).unwrap() - expected).abs() < 1e-15, "{text}");
+        }
+        for (text, seconds) in [("60s", 60.0), ("1.5 min", 90.0), ("2h", 7200.0), ("7", 7.0)] {
+            let got = duration(text).unwrap();
+            assert!((got.as_secs_f64() - seconds).abs() < 1e-9, "{text}");
+        }
+        for bad in ["", "%", "one%"] {
+            assert!(relative(bad).is_err(), "{bad}");
+        }
+        for bad in ["", "s", "5 days", "-1s", "nan", "1e30h"] {
+            assert!(duration(bad).is_err(), "{bad}");
+        }
+    }
 }

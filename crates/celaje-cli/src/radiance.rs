@@ -77,8 +77,8 @@ pub fn run(args: &RadianceArgs) -> Result<(), Failure> {
     let sensor = Directions::new(&table.azimuth_deg, &table.elevation_deg)?;
     Film::check_size(table.lines.len(), 1, plan.wavelength.len())?;
 
-    let film = plan.on_threads(|| plan.look(&plan.sky()?, &sensor, args.method.progress))?;
-    write_stdout(&output(&table, &film))
+    let outcome = plan.on_threads(|| plan.look(&plan.sky()?, &sensor, args.method.progress))?;
+    write_stdout(&output(&table, &outcome.film))
 }
 
 fn read(path: &Path) -> Result<String, Failure> {

@@ -1,11 +1,15 @@
 //! `celaje render`: sky to pictures.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use celaje::image::{check_target, save, Format};
+use celaje::image::{
+    check_target, check_writable, read_checkpoint, remove_checkpoint, save, write_checkpoint,
+    Format,
+};
 use celaje::sensor::Sensor;
 use celaje::sky::Method;
+use celaje::transport::{Goal, Outcome, Partial};
 use celaje::{Film, Sky};
 use clap::Args;
 
@@ -47,6 +51,9 @@ pub struct RenderArgs {
     view: View,
     #[command(flatten)]
     method: MethodOptions,
+    /// Keep what is finished in this file every few seconds, and go on from it if it exists; removed in the end
+    #[arg(long, value_name = "FILE", help_heading = "Method")]
+    checkpoint: Option<PathBuf>,
     #[command(flatten)]
     colour: Colour,
 }
@@ -66,7 +73,16 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let sensor = args.picture.sensor(plan.wavelength.len())?;
     let look = args.colour.look()?;
     check_outputs(&args.output)?;
-    interrupt::set_targets(&args.output);
+    if let Some(path) = &args.checkpoint {
+        check_checkpoint(path, &plan, &args.output)?;
+    }
+    let written: Vec<PathBuf> = args
+        .output
+        .iter()
+        .chain(&args.checkpoint)
+        .cloned()
+        .collect();
+    interrupt::set_targets(&written);
     if let Some(note) = night(&plan.conditions) {
         eprintln!("{note}");
     }
@@ -74,20 +90,73 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     let start = Instant::now();
     plan.on_threads(|| {
         let sky = plan.sky()?;
-        let film = plan.look(&sky, sensor.as_ref(), args.method.progress)?;
-        let rendered_s = start.elapsed().as_secs_f64();
         let metadata = metadata(&plan, &sky, sensor.as_ref());
+        let sensor = sensor.as_ref();
+        let outcome = match &args.checkpoint {
+            None => plan.look(&sky, sensor, args.method.progress)?,
+            Some(path) => look_with_checkpoint(path, &plan, &sky, sensor, &metadata, args)?,
+        };
+        let film = outcome.film;
+        let rendered_s = start.elapsed().as_secs_f64();
+        let metadata = with_paths(metadata, &film, &plan);
         for path in &args.output {
             interrupt::check()?;
-            save(path, &film, &look, Some(sensor.as_ref()), &metadata)?;
+            save(path, &film, &look, Some(sensor), &metadata)?;
         }
+        args.checkpoint.as_deref().map(remove_checkpoint);
         eprintln!("{}", summary(&film, &plan, rendered_s));
         Ok(())
     })
 }
 
+/// Makes sure that a checkpoint makes sense and can be written.
+fn check_checkpoint(path: &Path, plan: &Plan, outputs: &[PathBuf]) -> Result<(), Failure> {
+    if outputs.iter().any(|output| output == path) {
+        return Err(Failure::usage(
+            format!("{} is given as picture and as checkpoint", path.display()),
+            "give the checkpoint a name of its own",
+        ));
+    }
+    if plan.options.method == Method::Shells {
+        return Err(Failure::usage(
+            "--checkpoint has no meaning for shells, which is done in seconds",
+            "leave it out, or add --spp N or --noise X%",
+        ));
+    }
+    if plan.goal.time_limit.is_some() {
+        return Err(Failure::usage(
+            "--checkpoint and --time-limit exclude each other: what the clock ends cannot be repeated",
+            "give --spp or --noise, or 'celaje merge' runs of different --seed",
+        ));
+    }
+    Ok(check_writable(path)?)
+}
+
+/// Renders on from a checkpoint, if there is one, and keeps it up to date.
+fn look_with_checkpoint(
+    path: &Path,
+    plan: &Plan,
+    sky: &Sky,
+    sensor: &dyn Sensor,
+    identity: &[(String, String)],
+    args: &RenderArgs,
+) -> Result<Outcome, Failure> {
+    let (width, height) = sensor.size();
+    let resume = read_checkpoint(path, (width, height), sky.wavelength_nm(), identity)?;
+    if let Some(partial) = &resume {
+        let all = Film::blocks(width, height).len();
+        let share = 100.0 * partial.blocks_finished as f64 / all as f64;
+        eprintln!(
+            "note: going on from {}, {share:.0} % finished",
+            path.display()
+        );
+    }
+    let keep = |partial: &Partial| write_checkpoint(path, partial, identity);
+    plan.look_and_keep(sky, sensor, args.method.progress, resume, Some(&keep))
+}
+
 /// Makes sure that every file can be written, before hours are spent on it.
-fn check_outputs(paths: &[PathBuf]) -> Result<(), Failure> {
+pub fn check_outputs(paths: &[PathBuf]) -> Result<(), Failure> {
     if paths.is_empty() {
         return Err(Failure::usage(
             "no file to write is given",
@@ -126,6 +195,12 @@ fn metadata(plan: &Plan, sky: &Sky, sensor: &dyn Sensor) -> Vec<(String, String)
         add("spp", options.budget.spp.to_string());
         add("seed", options.budget.seed.to_string());
     }
+    if let Some(noise) = plan.goal.noise {
+        add("noise", noise.to_string());
+    }
+    if let Some(limit) = plan.goal.time_limit {
+        add("time_limit", format!("{} s", limit.as_secs_f64()));
+    }
     let orders = options.budget.max_order;
     add(
         "max_order",
@@ -136,28 +211,63 @@ fn metadata(plan: &Plan, sky: &Sky, sensor: &dyn Sensor) -> Vec<(String, String)
     entries
 }
 
+/// Where noise or time decided, the paths that a pixel was given on average stand in the place of the most allowed.
+fn with_paths(
+    mut metadata: Vec<(String, String)>,
+    film: &Film,
+    plan: &Plan,
+) -> Vec<(String, String)> {
+    if plan.goal != Goal::default() {
+        for (name, value) in &mut metadata {
+            if name == "spp" {
+                *value = mean_paths(film).to_string();
+            }
+        }
+    }
+    metadata
+}
+
+/// Paths per pixel that sees something, on average.
+fn mean_paths(film: &Film) -> u64 {
+    let lit = film.samples.iter().filter(|&&n| n > 0).count() as u64;
+    let total: u64 = film.samples.iter().map(|&n| u64::from(n)).sum();
+    (total + lit / 2) / lit.max(1)
+}
+
 /// One line for the person who waited.
 fn summary(film: &Film, plan: &Plan, rendered_s: f64) -> String {
     let (width, height, wavelengths) = (film.width, film.height, film.wavelength_nm.len());
-    let how = if plan.options.method == Method::Shells {
-        "without noise".to_owned()
-    } else {
-        let noise = match mean_relative_standard_error(film) {
-            Some(error) => format!("mean relative standard error {:.2} %", 100.0 * error),
-            None => "no standard error (it takes 2 paths and some light)".to_owned(),
-        };
-        format!("{} paths per pixel, {noise}", plan.options.budget.spp)
+    let how = match plan.options.method {
+        Method::Shells => "without noise".to_owned(),
+        _ if plan.goal == Goal::default() => {
+            paths_and_noise(film, &plan.options.budget.spp.to_string())
+        }
+        _ => paths_and_noise(film, &format!("on average {}", mean_paths(film))),
     };
     format!(
         "rendered {width}x{height} pixels, {wavelengths} wavelengths in {rendered_s:.1} s; {how}"
     )
 }
 
+/// Paths and noise of a film, in words.
+pub fn paths_and_noise(film: &Film, paths: &str) -> String {
+    let noise = film.noise().map_or_else(
+        || "no standard error (it takes 2 paths and some light)".to_owned(),
+        |worst| {
+            let edge = Film::block_edge(film.height);
+            let mean = mean_relative_standard_error(film).unwrap_or(0.0);
+            format!(
+                "mean relative standard error {:.2} %, {:.2} % in the noisiest of all wavelengths and blocks of {edge}x{edge}",
+                100.0 * mean,
+                100.0 * worst
+            )
+        },
+    );
+    format!("{paths} paths per pixel, {noise}")
+}
+
 /// Mean over all pixels and wavelengths that are not black of standard error over radiance.
 fn mean_relative_standard_error(film: &Film) -> Option<f64> {
-    if film.samples.iter().all(|&n| n < 2) {
-        return None;
-    }
     let values = film.radiance.iter().zip(&film.variance);
     let (sum, count) = values
         .filter(|(&l, _)| l > 0.0)

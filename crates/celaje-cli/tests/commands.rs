@@ -60,7 +60,7 @@ fn pictures_of_every_format_say_how_they_came_about() {
 
     let image = exr(&folder.path().join("a.exr"));
     let channels = &image.layer_data.channel_data.list;
-    assert_eq!(channels.len(), 3 + 2 * 3);
+    assert_eq!(channels.len(), 4 + 2 * 3);
     let green = channels.iter().find(|c| c.name == *"S0.550,000000nm");
     let values: Vec<f32> = green.unwrap().sample_data.values_as_f32().collect();
     assert!(values.iter().all(|v| v.is_finite() && *v >= 0.0));

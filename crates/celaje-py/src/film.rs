@@ -6,8 +6,8 @@ use std::path::PathBuf;
 
 use celaje::colour::{ColourImage, Exposure, Look, Observer, ToneCurve};
 use celaje::{image, Film};
-use numpy::{IntoPyArray, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
-use numpy::{PyReadonlyArray3, PyUntypedArrayMethods};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods};
+use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
 use crate::error::Outcome;
@@ -103,4 +103,64 @@ pub fn save(
     let look = look(observer, tone, exposure)?;
     let view = view.map(|s| s.inner.as_ref() as &dyn celaje::sensor::Sensor);
     Ok(py.detach(|| image::save(&path, &film, &look, view, &metadata))?)
+}
+
+/// Radiance, variance, samples, wavelengths \[nm\] and what is said of a film.
+type Parts<'py> = (
+    Bound<'py, PyArray3<f32>>,
+    Bound<'py, PyArray3<f32>>,
+    Bound<'py, PyArray2<u32>>,
+    Bound<'py, PyArray1<f64>>,
+    Vec<(String, String)>,
+);
+
+fn parts(py: Python<'_>, (film, said): image::Described) -> Outcome<Parts<'_>> {
+    if film.polarisation.is_some() {
+        return Err(celaje::Error::invalid(
+            "a polarised film cannot be read into Python as yet",
+            "merge its file by the command 'celaje merge'",
+        )
+        .into());
+    }
+    let shape = [film.height, film.width, film.wavelength_nm.len()];
+    let samples = film.samples.into_pyarray(py);
+    Ok((
+        film.radiance.into_pyarray(py).reshape(shape)?,
+        film.variance.into_pyarray(py).reshape(shape)?,
+        samples.reshape([film.height, film.width])?,
+        film.wavelength_nm.into_pyarray(py),
+        said,
+    ))
+}
+
+/// Reads an EXR that celaje has written.
+#[pyfunction]
+pub fn read_exr(py: Python<'_>, path: PathBuf) -> Outcome<Parts<'_>> {
+    let (film, mut said) = py.detach(|| image::read_exr(&path))?;
+    // A file is written for an observer; a film is for all.
+    said.retain(|(name, _)| name != "observer");
+    parts(py, (film, said))
+}
+
+/// One film of the parts of several.
+#[pyfunction]
+#[allow(clippy::type_complexity)]
+pub fn merged<'py>(
+    py: Python<'py>,
+    films: Vec<(
+        PyReadonlyArray3<'py, f32>,
+        PyReadonlyArray3<'py, f32>,
+        PyReadonlyArray2<'py, u32>,
+        PyReadonlyArray1<'py, f64>,
+        Vec<(String, String)>,
+    )>,
+) -> Outcome<Parts<'py>> {
+    let films = films
+        .into_iter()
+        .map(|(radiance, variance, samples, nm, said)| {
+            Ok((film(&radiance, Some(&variance), &samples, &nm)?, said))
+        });
+    let films = films.collect::<Outcome<Vec<_>>>()?;
+    let merged = py.detach(|| image::merged(films))?;
+    parts(py, merged)
 }

@@ -25,7 +25,7 @@ mod _core {
     #[pymodule_export]
     use crate::conditions::{wavelength_range, Conditions};
     #[pymodule_export]
-    use crate::film::{develop, linear_srgb, save};
+    use crate::film::{develop, linear_srgb, merged, read_exr, save};
     #[pymodule_export]
     use crate::inventory::Inventory;
     #[pymodule_export]

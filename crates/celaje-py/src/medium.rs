@@ -48,7 +48,7 @@ impl Phase {
     }
 
     /// The phase function of a medium with `n` wavelengths.
-    fn at_wavelengths(&self, n: usize) -> celaje::Result<optics::Phase> {
+    pub(crate) fn at_wavelengths(&self, n: usize) -> celaje::Result<optics::Phase> {
         let own = self.own_wavelengths();
         if own != 1 && own != n {
             return Err(celaje::Error::ShapeMismatch {

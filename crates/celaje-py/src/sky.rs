@@ -1,9 +1,13 @@
 //! A sky, and looking at it.
 
+use std::time::Duration;
+
 use celaje::composition::aerosol::AerosolType;
+use celaje::error::check_range;
+use celaje::medium::{GridBox, GriddedMedium};
 use celaje::sky::{Method, RenderOptions, SunDisc};
 use celaje::spectrum::SolarSpectrum;
-use celaje::transport::{Accuracy, Budget};
+use celaje::transport::{Accuracy, Budget, Goal, Reins};
 use celaje::{Error, WavelengthGrid};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1};
 use pyo3::prelude::*;
@@ -12,7 +16,7 @@ use pyo3::types::PyDict;
 use crate::conditions::Conditions;
 use crate::error::Outcome;
 use crate::inventory::Inventory;
-use crate::medium::Medium;
+use crate::medium::{Medium, Phase};
 use crate::own_aerosol::OwnAerosol;
 use crate::run::interruptible;
 use crate::sensor::Sensor;
@@ -126,7 +130,8 @@ impl Sky {
         Ok(Some(Inventory { inner }))
     }
 
-    #[pyo3(signature = (sensor, method, accuracy, spp, seed, max_order, sun_disc, altitude_m, threads))]
+    /// Exactly `spp` paths per pixel or, with a noise or a time limit, at most so many.
+    #[pyo3(signature = (sensor, method, accuracy, spp, seed, max_order, sun_disc, altitude_m, threads, noise, time_limit_s))]
     fn render<'py>(
         &self,
         py: Python<'py>,
@@ -139,6 +144,8 @@ impl Sky {
         sun_disc: &str,
         altitude_m: Option<f64>,
         threads: Option<usize>,
+        noise: Option<f64>,
+        time_limit_s: Option<f64>,
     ) -> Outcome<FilmArrays<'py>> {
         let sun_disc = read_sun_disc(sun_disc)?;
         let options = render_options(
@@ -148,9 +155,27 @@ impl Sky {
             sun_disc,
             altitude_m,
         )?;
+        if let Some(seconds) = time_limit_s {
+            check_range("time_limit", seconds, "s", 1e-3..=1e9)?;
+        }
+        let goal = Goal {
+            noise,
+            time_limit: time_limit_s.map(Duration::from_secs_f64),
+        };
         let film = interruptible(py, threads, |cancel| {
-            self.inner
-                .render(sensor.inner.as_ref(), &options, cancel, &|_, _| ())
+            let sensor = sensor.inner.as_ref();
+            if goal == Goal::default() {
+                return self.inner.render(sensor, &options, cancel, &|_, _| ());
+            }
+            let reins = Reins {
+                resume: None,
+                keep: None,
+                progress: &|_, _| (),
+            };
+            let outcome = self
+                .inner
+                .render_until(sensor, &options, &goal, cancel, reins)?;
+            Ok(outcome.film)
         })?;
         let shape = [film.height, film.width, film.wavelength_nm.len()];
         Ok((
@@ -160,6 +185,30 @@ impl Sky {
                 .into_pyarray(py)
                 .reshape([film.height, film.width])?,
         ))
+    }
+
+    /// The same sky with a box of cells in it, whose edges and content are arrays (see `celaje::medium::GridBox`).
+    fn with_cloud(
+        &self,
+        edges_m: [PyReadonlyArray1<'_, f64>; 3],
+        density: PyReadonlyArray1<'_, f64>,
+        sigma_s: PyReadonlyArray1<'_, f64>,
+        sigma_a: PyReadonlyArray1<'_, f64>,
+        phase: &Phase,
+    ) -> Outcome<Self> {
+        let [east, north, altitude] = &edges_m;
+        let edges = [east.as_slice()?, north.as_slice()?, altitude.as_slice()?];
+        let (density, sigma_s, sigma_a) = (
+            density.as_slice()?,
+            sigma_s.as_slice()?,
+            sigma_a.as_slice()?,
+        );
+        let phase = phase.at_wavelengths(self.inner.wavelength_nm().len())?;
+        let cloud = GridBox::new(edges, density, sigma_s, sigma_a, phase)?;
+        GriddedMedium::new(&self.inner.medium, &cloud)?;
+        let mut inner = self.inner.clone();
+        inner.cloud = Some(cloud);
+        Ok(Self { inner })
     }
 
     /// What falls on planes at the observer, with illuminance \[lx\] and colour temperature \[K\] of the global part.

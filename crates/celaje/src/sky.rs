@@ -9,14 +9,16 @@ use crate::composition::AirProfile;
 use crate::error::{check_range, Error, Result};
 use crate::film::Film;
 use crate::math::Vec3;
-use crate::medium::{from_atmosphere, grid_with_edges, LayeredMedium, Medium};
+use crate::medium::{
+    from_atmosphere, grid_with_edges, GridBox, GriddedMedium, LayeredMedium, Medium,
+};
 use crate::optics::rayleigh::Rayleigh;
 use crate::optics::{aerosol_optics, AerosolOptics};
 use crate::sensor::Sensor;
 use crate::spectrum::{SolarSpectrum, WavelengthGrid};
 use crate::transport::{
-    Accuracy, Budget, Classic, Control, Integrator, Observer, Path, Scene, Shells, SunLight,
-    Tracker,
+    render_until, Accuracy, Budget, Classic, Control, Goal, Integrator, Observer, Outcome, Path,
+    Reins, Scene, Shells, SunLight, Tracker,
 };
 
 /// Radius of sea level \[m\]; the atmosphere ends 100 km above it.
@@ -150,6 +152,8 @@ pub struct Sky {
     pub sun: SunLight,
     /// Albedo of the ground, shape (w,).
     pub albedo: Vec<f64>,
+    /// A box in the air whose content varies in all directions, such as a cloud; only the methods `tracker` and `classic` take it.
+    pub cloud: Option<GridBox>,
 }
 
 /// Sets the amount of aerosol that the conditions ask for, and enters its optical depth there.
@@ -232,6 +236,7 @@ impl Sky {
             medium,
             sun,
             albedo,
+            cloud: None,
         })
     }
 
@@ -269,6 +274,7 @@ impl Sky {
             medium,
             sun,
             albedo: albedo.to_vec(),
+            cloud: None,
         })
     }
 
@@ -306,7 +312,6 @@ impl Sky {
                 hint: format!("the ground is at {ground_m} m above sea level here"),
             });
         }
-        let scene = Scene::new(&self.medium, self.sun.clone(), &self.albedo)?;
         let radius_m = self.medium.ground_radius_m() + (altitude_m - ground_m);
         let observer = Observer {
             radius_m,
@@ -330,6 +335,45 @@ impl Sky {
             Method::Tracker => &Tracker,
             Method::Classic => &Classic,
         };
+        if let Some(cloud) = &self.cloud {
+            let medium = GriddedMedium::new(&self.medium, cloud)?;
+            let scene = Scene::new(&medium, self.sun.clone(), &self.albedo)?;
+            return match options.method {
+                Method::Tracker => Tracker.render(&scene, &observer, sensor, &control),
+                Method::Classic => Classic.render(&scene, &observer, sensor, &control),
+                Method::Shells | Method::Path => Err(Error::invalid(
+                    "a cloud is no concentric shell, and this method takes nothing else",
+                    "ask for the method tracker",
+                )),
+            };
+        }
+        let scene = Scene::new(&self.medium, self.sun.clone(), &self.albedo)?;
         integrator.render(&scene, &observer, sensor, &control)
+    }
+
+    /// As [`Sky::render`], until a goal is met; `reins` hold what an interrupted rendering goes on from, and where it is kept.
+    ///
+    /// # Errors
+    /// Those of [`Sky::render`] and [`render_until`]; [`Error::Invalid`] for a method without noise.
+    pub fn render_until(
+        &self,
+        sensor: &dyn Sensor,
+        options: &RenderOptions,
+        goal: &Goal,
+        cancel: &AtomicBool,
+        reins: Reins<'_>,
+    ) -> Result<Outcome> {
+        if options.method == Method::Shells {
+            return Err(Error::invalid(
+                "shells has no noise: it takes the time it takes and is done",
+                "ask for path, or leave out noise, time limit and checkpoint",
+            ));
+        }
+        let look = |sensor: &dyn Sensor, spp: u32, progress: &(dyn Fn(u64, u64) + Sync)| {
+            let mut options = *options;
+            options.budget.spp = spp;
+            self.render(sensor, &options, cancel, progress)
+        };
+        render_until(&look, sensor, options.budget.spp, goal, reins)
     }
 }

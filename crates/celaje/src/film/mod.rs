@@ -1,5 +1,9 @@
 //! Spectral radiance per pixel and wavelength, with the variance of each value; with polarisation where it was solved for.
 
+mod merge;
+
+pub(crate) use merge::Weights;
+
 use crate::error::{Error, Result};
 
 /// A picture of spectral radiance, or a list of directions (`height == 1`).

@@ -22,6 +22,15 @@ use crate::colour::{ColourImage, Observer, PRIMARIES_XY};
 use crate::error::{Error, Result};
 use crate::film::Film;
 
+/// What the names of our own attributes begin with.
+pub(super) const PREFIX: &str = "celaje.";
+
+/// What the names of the variances' channels begin with.
+pub(super) const VARIANCE_PREFIX: &str = "variance.";
+
+/// Name of the channel of paths per pixel.
+pub(super) const SAMPLES_CHANNEL: &str = "samples";
+
 /// Name of the channel of radiance (Stokes component 0) at a wavelength \[nm\]: `S0.550,000000nm`, with a comma because
 /// a dot separates layers.
 pub fn spectral_channel(wavelength_nm: f64) -> String {
@@ -35,9 +44,12 @@ pub fn spectral_channel(wavelength_nm: f64) -> String {
 /// | `R`, `G`, `B` | linear sRGB \[cd m⁻²\] for the observer (`whiteLuminance` 1); negative out of gamut |
 /// | `S0.550,000000nm`, … | spectral radiance \[W m⁻² sr⁻¹ nm⁻¹\], bit for bit that of the film |
 /// | `variance.S0.550,000000nm`, … | variance of that mean, the square of its unit; left out if all are 0 |
+/// | `samples` | paths behind the pixel, 32-bit integers; 0 where the sensor sees nothing |
 ///
 /// Attributes: `spectralLayoutVersion` and `emissiveUnits` of the layout, and each entry of the metadata as a string
 /// (UTF-8) named `celaje.NAME`. Where the sensor sees nothing every channel is 0.
+///
+/// [`super::read_exr`] reads all of it back.
 ///
 /// # Errors
 /// As [`super::save`].
@@ -92,9 +104,9 @@ fn layer_attributes(observer: Observer, metadata: &Metadata) -> LayerAttributes 
     let other = &mut attributes.other;
     other.insert(text("spectralLayoutVersion"), string("1.0"));
     other.insert(text("emissiveUnits"), string("W.m^-2.sr^-1.nm^-1"));
-    other.insert(text("celaje.observer"), string(observer.name()));
+    other.insert(text(&format!("{PREFIX}observer")), string(observer.name()));
     for (name, value) in metadata {
-        other.insert(text(&format!("celaje.{name}")), string(value));
+        other.insert(text(&format!("{PREFIX}{name}")), string(value));
     }
     attributes
 }
@@ -105,6 +117,7 @@ enum Source {
     Preview(usize),
     Radiance(usize),
     Variance(usize),
+    Samples,
 }
 
 /// The channels of a film, read from where they lie: no second copy of the film is made.
@@ -126,10 +139,11 @@ impl<'a> FilmChannels<'a> {
         for (k, &wavelength_nm) in film.wavelength_nm.iter().enumerate() {
             let name = spectral_channel(wavelength_nm);
             if with_variance {
-                channels.push((format!("variance.{name}"), Source::Variance(k)));
+                channels.push((format!("{VARIANCE_PREFIX}{name}"), Source::Variance(k)));
             }
             channels.push((name, Source::Radiance(k)));
         }
+        channels.push((SAMPLES_CHANNEL.to_owned(), Source::Samples));
         channels.sort_by(|a, b| a.0.cmp(&b.0));
         Self {
             film,
@@ -145,6 +159,8 @@ impl<'a> FilmChannels<'a> {
             _ if !self.film.is_lit(pixel) => 0.0,
             Source::Radiance(k) => self.film.radiance[pixel * n + k],
             Source::Variance(k) => self.film.variance[pixel * n + k],
+            // Written as they are, below; a float would round them.
+            Source::Samples => self.film.samples[pixel] as f32,
         }
     }
 }
@@ -156,7 +172,13 @@ impl<'s, 'a: 's> WritableChannels<'s> for FilmChannels<'a> {
         ChannelList::new(
             self.channels
                 .iter()
-                .map(|(name, _)| ChannelDescription::new(name.as_str(), SampleType::F32, true))
+                .map(|(name, source)| {
+                    let kind = match source {
+                        Source::Samples => SampleType::U32,
+                        _ => SampleType::F32,
+                    };
+                    ChannelDescription::new(name.as_str(), kind, true)
+                })
                 .collect(),
         )
     }
@@ -177,7 +199,10 @@ impl ChannelsWriter for &FilmChannels<'_> {
             let first = at.position.y() * self.film.width + at.position.x();
             let source = self.channels[at.channel].1;
             // The line's buffer is exactly as long as its samples, so writing to it cannot fail.
-            let written = line.write_samples(|i| self.value(source, first + i));
+            let written = match source {
+                Source::Samples => line.write_samples(|i| self.film.samples[first + i]),
+                _ => line.write_samples(|i| self.value(source, first + i)),
+            };
             debug_assert!(written.is_ok());
         })
     }
@@ -197,7 +222,7 @@ mod tests {
         assert_eq!(spectral_channel(380.1234567), "S0.380,123457nm");
     }
 
-    /// 3 + 2 · 83 channels, more than one block of 16 lines, wavelengths of three and four digits.
+    /// 4 + 2 · 83 channels, more than one block of 16 lines, wavelengths of three and four digits.
     #[test]
     fn every_value_comes_back_bit_for_bit() {
         let folder = Folder::new("exr");
@@ -224,7 +249,7 @@ mod tests {
                 .map(f32::to_bits)
                 .collect::<Vec<_>>()
         };
-        assert_eq!(layer.channel_data.list.len(), 3 + 2 * 83);
+        assert_eq!(layer.channel_data.list.len(), 4 + 2 * 83);
         assert_eq!((layer.size.x(), layer.size.y()), (13, 37));
         for (k, &wavelength_nm) in grid.iter().enumerate() {
             let name = spectral_channel(wavelength_nm);
@@ -266,6 +291,6 @@ mod tests {
             .iter()
             .map(|c| c.name.to_string())
             .collect();
-        assert_eq!(names, ["B", "G", "R", "S0.550,000000nm"]);
+        assert_eq!(names, ["B", "G", "R", "S0.550,000000nm", "samples"]);
     }
 }

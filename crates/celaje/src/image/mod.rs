@@ -9,9 +9,12 @@
 //!
 //! A file appears whole or not at all: it is written under a temporary name in the same folder and then renamed.
 
+mod checkpoint;
 mod exr_file;
+mod exr_read;
 mod film_dataset;
 mod hdr_file;
+mod merged;
 pub mod netcdf;
 mod png_file;
 pub mod svg;
@@ -19,9 +22,12 @@ mod target;
 
 use std::path::Path;
 
+pub use checkpoint::{read_checkpoint, remove_checkpoint, write_checkpoint};
 pub use exr_file::{spectral_channel, write_exr};
+pub use exr_read::read_exr;
 pub use film_dataset::{circumstances, global_attributes, CONVENTIONS};
 pub use hdr_file::write_hdr;
+pub use merged::{merged, Described};
 pub use png_file::{write_png, PngDepth};
 pub use target::{check_target, check_writable, remove_temporaries, save_text, Format};
 

@@ -2,11 +2,12 @@
 //!
 //! A [`Medium`] answers three questions at a point (how much is extinguished, how much scattered, by which species) and
 //! one along a ray (an upper bound of the extinction, piece by piece). That is all that unbiased tracking needs, so any
-//! medium that varies in three dimensions can be put in the place of [`LayeredMedium`].
+//! medium that varies in three dimensions can be put in the place of [`LayeredMedium`]: [`GriddedMedium`] is one.
 
 mod atmosphere;
 mod columns;
 mod cross;
+mod gridded;
 mod layered;
 mod ray;
 
@@ -14,6 +15,7 @@ pub use atmosphere::{
     air_scattering, from_atmosphere, gas_absorption, grid_with_edges, GasAbsorption,
 };
 pub(crate) use columns::{Columns, RayColumns, RayGeometry};
+pub use gridded::{GridBox, GriddedMedium};
 pub use layered::LayeredMedium;
 pub use ray::{Ray, Span};
 

@@ -7,11 +7,13 @@ mod directions;
 mod fisheye;
 mod latlong;
 mod perspective;
+mod selected;
 
 pub use directions::Directions;
 pub use fisheye::Fisheye;
 pub use latlong::LatLong;
 pub use perspective::Perspective;
+pub(crate) use selected::Selected;
 
 use crate::error::{Error, Result};
 use crate::math::Vec3;
@@ -44,6 +46,11 @@ pub trait Sensor: Sync {
     /// The inverse of [`Sensor::direction`]; a list of directions has none.
     fn pixel_of(&self, _direction: Vec3) -> Option<(f64, f64)> {
         None
+    }
+
+    /// Number of the stream of random numbers from which a pixel is rendered: those of one number repeat each other's noise.
+    fn stream(&self, pixel: usize) -> u64 {
+        pixel as u64
     }
 
     /// Projection, angles and where north is, as names and values to keep in a file beside the picture.

@@ -9,6 +9,7 @@
 
 mod classic;
 mod first_order;
+mod goal;
 mod path;
 mod render;
 mod scene;
@@ -19,6 +20,7 @@ mod tracking;
 mod weights;
 
 pub use classic::Classic;
+pub use goal::{render_until, Goal, Keep, Look, Outcome, Partial, Reins, MOST_PATHS};
 pub use path::{Path, PolarisedPath};
 pub use render::{Budget, Control, Observer};
 pub use scene::{Scene, SunLight};

@@ -114,7 +114,7 @@ pub(crate) fn monte_carlo<M: Medium, E: Estimator>(
                     let direction = sensor.direction(column, row, u, v)?;
                     Some(Ray { origin, direction })
                 };
-                let mut rng = Rng::new(budget.seed, pixel as u64);
+                let mut rng = Rng::new(budget.seed, sensor.stream(pixel));
                 let scramble = rng.bits();
                 let mut sampler = Sampler::random(rng);
                 statistics.clear();
