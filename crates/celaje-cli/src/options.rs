@@ -13,9 +13,7 @@ use celaje::place::{parse_time, Site};
 use celaje::sensor::{Fisheye, LatLong, Perspective, Sensor, PROJECTIONS};
 use celaje::sky::{Method, RenderOptions, SunDisc};
 use celaje::spectrum::SolarSpectrum;
-use celaje::transport::{
-    Accuracy, Budget, Goal, Keep, Outcome, Partial, Reins, MOST_PATHS,
-};
+use celaje::transport::{Accuracy, Budget, Goal, Keep, Outcome, Partial, Reins, MOST_PATHS};
 use celaje::{Error, Film, Sky, WavelengthGrid};
 use clap::{Args, ValueEnum};
 
