@@ -172,6 +172,22 @@ fn nothing_jumps_from_place_to_place() {
     assert!(worst.0 < 0.02, "{worst:?}");
 }
 
+/// Height over which air thins out by 1/e at the fastest: the aerosol's \[m\].
+const LEAST_HEIGHT_M: f64 = 2.0e3;
+
+/// How far the ground climbs from one place to the next, of the places or of the regions on whose ground the aerosol stands \[m\].
+fn climb_m(a: &Conditions, b: &Conditions) -> f64 {
+    let region_m = |c: &Conditions| {
+        let (lat, lon) = (
+            c.latitude_deg.as_ref().unwrap(),
+            c.longitude_deg.as_ref().unwrap(),
+        );
+        elevation(lat.value, lon.value).unwrap().region_m
+    };
+    let of_places = (a.altitude_m.value - b.altitude_m.value).abs();
+    of_places.max((region_m(a) - region_m(b)).abs())
+}
+
 /// The same walks on the real ground of the map: over the Andes, the Himalaya and the edge of Greenland's ice the air thins
 /// out by up to a tenth within 0.1°, since the ground climbs by hundreds of metres. That is no jump: the step is no more than 2 %
 /// beyond what the climb itself takes away, and walked in hundredths of a degree no step is larger than 2 %. Where the stand-in
@@ -191,8 +207,6 @@ fn steep_ground_is_climbed_without_a_jump() {
         let site = Site::new(latitude, longitude, 0.0).unwrap();
         Conditions::at(&site, time, &overrides).unwrap()
     };
-    // Half of Rayleigh's share (8 km) and half of the aerosol's (about 2 km) gone with height, per metre.
-    const LEAST_HEIGHT_M: f64 = 2.0e3;
     let (mut climbs, mut decided, mut largest, mut finest) = (0, 0, 0f64, 0f64);
     for time in ["2021-01-16T12:00Z", "2021-07-16T12:00Z"] {
         let time: Instant = time.parse().unwrap();
@@ -202,10 +216,7 @@ fn steep_ground_is_climbed_without_a_jump() {
                 let latitude = f64::from(step) * 0.1;
                 let here = at(latitude, longitude, &time);
                 let change = (zenith(&here) / zenith(&last) - 1.0).abs();
-                // Of the place, or of the region on whose ground the aerosol stands.
-                let region = |latitude| elevation(latitude, longitude).unwrap().region_m;
-                let climb = (here.altitude_m.value - last.altitude_m.value).abs();
-                let climb = climb.max((region(latitude) - region(latitude - 0.1)).abs());
+                let climb = climb_m(&last, &here);
                 let place = format!("{latitude} {longitude} {time}: {change} over {climb} m");
                 let limit = 0.02 + climb / LEAST_HEIGHT_M;
                 if change >= limit {
@@ -360,8 +371,8 @@ fn zenith_luminance(conditions: Conditions) -> f64 {
     eye.xyz(&look_up(&sky, Method::Shells, None))[1]
 }
 
-/// The steps of the walks where the stand-in changes most, at sea level and on real ground, and a sample of all others, by the
-/// program's own luminance: no step at sea level is larger than 2 %, and none is 1.5 % more than the stand-in said.
+/// The steps of the walks where the stand-in changes most, and a sample of all others, by the program's own luminance: at sea level
+/// no step is larger than 2 %, and none 0.5 % larger than the stand-in said; on real ground none is more than 2 % beyond its climb.
 #[test]
 #[ignore = "minutes: make accuracy"]
 fn accuracy_luminance_changes_as_the_stand_in_says() {
@@ -401,16 +412,20 @@ fn accuracy_luminance_changes_as_the_stand_in_says() {
             let change = zenith_luminance(at(here)) / zenith_luminance(at(before)) - 1.0;
             largest = largest.max(change.abs());
             beyond = beyond.max(change.abs() - stand_in);
-            if altitude_m.is_some() {
-                assert!(change.abs() < 0.02, "{here:?}: {change}");
-            }
+            let limit = match altitude_m {
+                Some(_) => 0.02f64.min(stand_in + 0.005),
+                None => 0.02 + climb_m(&at(before), &at(here)) / LEAST_HEIGHT_M,
+            };
+            assert!(
+                change.abs() < limit,
+                "{ground}, {here:?}: {change}, {limit}"
+            );
         }
         println!(
             "{ground}: largest step of the zenith's luminance {:.2} %, beyond the stand-in {:.2} %",
             100.0 * largest,
             100.0 * beyond
         );
-        assert!(beyond < 0.015, "{ground}: {beyond}");
     }
 }
 

@@ -3,6 +3,7 @@
 use std::sync::OnceLock;
 
 use super::blend::{cached, damaged, months};
+use super::words::degrees_north;
 use crate::error::{check_range, Error, Result};
 use crate::math::interp::interval;
 use crate::math::Table;
@@ -140,7 +141,10 @@ fn sbuv(latitude_deg: f64, instant: &Instant) -> Result<OzoneColumn> {
         du,
         deviation_du: Some(deviation(i) + t * (deviation(i + 1) - deviation(i))),
         source: "NOAA SBUV/2 v8 zonal monthly means 1998-2015",
-        reason: format!("usual for {latitude_deg:.1}° N at this time of year, {kind}"),
+        reason: format!(
+            "usual for {} at this time of year, {kind}",
+            degrees_north(latitude_deg)
+        ),
     })
 }
 

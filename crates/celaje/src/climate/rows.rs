@@ -309,6 +309,9 @@ mod tests {
     fn a_city_is_named_and_a_missing_sunset_explained() {
         let rows = rows("Murmansk", "2026-06-21T12:00Z");
         assert_eq!(rows[0].condition.reason, "of Murmansk, Russia");
+        let south = self::rows("-33.4,-70.66", "2026-06-21T12:00Z");
+        let ozone = south.iter().find(|r| r.key == "ozone_du").unwrap();
+        assert!(ozone.condition.reason.contains("33.4° S"));
         let sunset = rows.iter().find(|r| r.key == "sunset").unwrap();
         assert_eq!(sunset.condition.value, ConditionValue::None);
         assert!(sunset.condition.reason.contains("polar day"));

@@ -55,6 +55,12 @@ pub(super) fn ozone(
     Ok(ozone)
 }
 
+/// A latitude in words: `41.7° N`, `90.0° S`.
+pub(super) fn degrees_north(latitude_deg: f64) -> String {
+    let side = if latitude_deg < 0.0 { 'S' } else { 'N' };
+    format!("{:.1}° {side}", latitude_deg.abs())
+}
+
 fn percent(share: f64) -> f64 {
     (100.0 * share).round()
 }
@@ -70,7 +76,8 @@ pub(super) fn atmosphere_words(blend: &AtmosphereBlend, latitude_deg: f64) -> Co
         "",
         "AFGL 1986, Anderson et al., AFGL-TR-86-0110; ozone layer of CAM3's climatology",
         format!(
-            "blended for {latitude_deg:.1}° N and the season: {}",
+            "blended for {} and the season: {}",
+            degrees_north(latitude_deg),
             parts.join(", ")
         ),
     )
