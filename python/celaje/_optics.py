@@ -127,7 +127,7 @@ class Aerosol:
     ...     name="smoke",
     ... )
     >>> round(smoke.ssa(550.0), 2), round(smoke.asymmetry(550.0), 2)
-    (0.91, 0.61)
+    (0.9, 0.62)
     >>> sky = celaje.sky(sun_elevation=20, aerosol=smoke, aod_550=0.5, wavelengths=[450, 550, 650])
     >>> sky.conditions.aerosol.value
     'smoke'

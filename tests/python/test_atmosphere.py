@@ -105,6 +105,12 @@ def test_a_table_of_indices_is_extrapolated_downwards_with_a_flag_and_not_upward
         celaje.sky(sun_elevation=30, aerosol=own, wavelengths=[550.0, 750.0])
 
 
+def test_bounds_that_miss_the_mode_are_refused() -> None:
+    far = celaje.SizeDistribution(0.1, 1.05, r_min_um=1.0, r_max_um=2.0)
+    with pytest.raises(celaje.InvalidInputError, match="no particles between"):
+        smoke(size_distribution=far).ssa(550.0)
+
+
 def test_matter_that_is_air_is_refused() -> None:
     with pytest.raises(celaje.InvalidInputError, match="scatter nothing"):
         smoke(refractive_index=1.0).ssa(550.0)

@@ -2,7 +2,7 @@
 
 mod common;
 
-use celaje::composition::aerosol::{aerosol_names, AerosolType};
+use celaje::composition::aerosol::{aerosol_names, AerosolType, VerticalProfile};
 use celaje::composition::opac;
 use celaje::composition::particle::Particle;
 use celaje::optics::{
@@ -322,10 +322,28 @@ fn optical_depth_is_set_above_the_ground() {
         assert!(optics.scale_to_aod_550(0.1, 60e3).is_err());
         optics.scale_to_aod_550(0.0, 0.0).unwrap();
         assert_eq!(optics.aod_550_above(0.0), 0.0);
-        optics.scale_to_aod_550(0.1, 0.0).unwrap();
-        optics.multiply(2.0).unwrap();
-        assert!((optics.aod_550_above(0.0) - 0.2).abs() < 1e-12);
     }
+}
+
+/// A type's own profile may be replaced: the same particles, all of them where the user wants them; the stratosphere stays.
+#[test]
+fn a_profile_of_ones_own_replaces_the_types() {
+    let grid = WavelengthGrid::new(vec![550.0]).unwrap();
+    let plume = VerticalProfile::sampled(vec![3e3, 3.1e3, 4e3], vec![0.0, 1.0, 1.0]).unwrap();
+    let own = AerosolType::named("opac:desert", 45.0).unwrap();
+    let before = own.layers.len();
+    let moved = own.clone().with_profile(plume);
+    assert_eq!((before, moved.layers.len()), (3, 2));
+    let optics = |aerosol: &AerosolType| {
+        let mut optics = aerosol_optics(aerosol, 50.0, &grid).unwrap();
+        optics.scale_to_aod_550(0.4, 0.0).unwrap();
+        optics
+    };
+    let (theirs, ours) = (optics(&own), optics(&moved));
+    assert_eq!(theirs.layers[0].xs_ext, ours.layers[0].xs_ext);
+    assert_eq!(ours.layers[0].number_density(1e3), 0.0);
+    assert!((ours.aod_550_above(2.5e3) - 0.4).abs() < 1e-12);
+    assert_eq!(theirs.layers.last(), ours.layers.last());
 }
 
 /// Between OPAC's humidity classes optics grow smoothly: extinction per particle rises with humidity throughout.

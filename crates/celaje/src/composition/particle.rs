@@ -32,14 +32,6 @@ impl SizeDistribution {
     /// [`Error::OutOfRange`] for a negative fraction, `sigma` outside (1, 20], radii outside \[1e-5, 1e3\] µm;
     /// [`Error::Invalid`] for no mode, fractions that are all zero, or `r_min ≥ r_max`.
     pub fn new(mut modes: Vec<LognormalMode>, r_min_um: f64, r_max_um: f64) -> Result<Self> {
-        check_range("r_min", r_min_um, "µm", 1e-5..=1e3)?;
-        check_range("r_max", r_max_um, "µm", 1e-5..=1e3)?;
-        if r_min_um >= r_max_um {
-            return Err(Error::invalid(
-                format!("r_min = {r_min_um} µm is not below r_max = {r_max_um} µm"),
-                "give the lower bound first",
-            ));
-        }
         for mode in &modes {
             check_range("number fraction", mode.number_fraction, "", 0.0..=1e300)?;
             check_range("mode radius", mode.r_mode_um, "µm", 1e-5..=1e3)?;
@@ -49,6 +41,14 @@ impl SizeDistribution {
                 "",
                 1.0 + 1e-6..=20.0,
             )?;
+        }
+        check_range("r_min", r_min_um, "µm", 1e-5..=1e3)?;
+        check_range("r_max", r_max_um, "µm", 1e-5..=1e3)?;
+        if r_min_um >= r_max_um {
+            return Err(Error::invalid(
+                format!("r_min = {r_min_um} µm is not below r_max = {r_max_um} µm"),
+                "give the lower bound first",
+            ));
         }
         let total: f64 = modes.iter().map(|m| m.number_fraction).sum();
         if total <= 0.0 {
@@ -81,6 +81,15 @@ impl SizeDistribution {
         };
         let bounds_um = [(1e-3 * r_mode_um).max(1e-5), (1e3 * r_mode_um).min(100.0)];
         Self::new(vec![mode], bounds_um[0], bounds_um[1])
+    }
+
+    /// The distribution of the modes that are not narrower than a `ln σ`, if there are any, and the narrower modes; all with
+    /// their shares of the whole.
+    pub(crate) fn split(&self, ln_sigma: f64) -> (Option<Self>, Vec<LognormalMode>) {
+        let (narrow, modes): (Vec<LognormalMode>, Vec<LognormalMode>) =
+            self.modes.iter().partition(|m| m.sigma.ln() < ln_sigma);
+        let broad = (!modes.is_empty()).then_some(Self { modes, ..*self });
+        (broad, narrow)
     }
 
     /// Smallest radius \[µm\].

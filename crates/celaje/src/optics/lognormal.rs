@@ -18,13 +18,15 @@
 use super::angles::AngleGrid;
 use super::mie::{check_index, spheres, MieSphere};
 use super::mie_kernel::{accumulate, MatrixSum, Terms};
-use crate::composition::particle::SizeDistribution;
+use crate::composition::particle::{LognormalMode, SizeDistribution};
 use crate::error::{check_range, Error, Result};
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
 /// Spheres whose coefficients are computed side by side.
 const LANES: usize = 8;
+/// Modes with a smaller `ln σ` than this, which could fall between the nodes of others, have nodes of their own.
+const NARROW: f64 = 0.2;
 /// Spheres per unit of parallel work; fixed, so that sums do not depend on the number of threads.
 const BLOCK: usize = 16 * LANES;
 
@@ -133,6 +135,12 @@ pub fn particle_optics_with(
     quadrature: &Quadrature,
 ) -> Result<ParticleOptics> {
     check_index(n, k)?;
+    if n == 1.0 && k == 0.0 {
+        return Err(Error::invalid(
+            format!("particles of refractive index 1 scatter nothing at {wavelength_nm} nm"),
+            "give an index that differs from 1, the air's own",
+        ));
+    }
     check_range("wavelength", wavelength_nm, "nm", 100.0..=1e5)?;
     check_range("log step", quadrature.log_step, "", 1e-4..=1.0)?;
     check_range("linear step", quadrature.linear_step, "", 1e-4..=1.0)?;
@@ -149,12 +157,14 @@ pub fn particle_optics_with(
     for block in &blocks {
         total.add(block);
     }
-    if total.sca <= 0.0 {
+    if total.sca.is_nan() || total.sca <= 0.0 {
         return Err(Error::invalid(
             format!(
-                "particles of refractive index {n} + {k}i scatter nothing at {wavelength_nm} nm"
+                "no particles between r_min = {} and r_max = {} µm",
+                size.r_min_um(),
+                size.r_max_um()
             ),
-            "give an index that differs from 1, the air's own",
+            "put the bounds about the modes",
         ));
     }
     Ok(total.finish(wavelength_um, angles))
@@ -167,8 +177,64 @@ struct Node {
     weight: f64,
 }
 
-/// Nodes and weights of the trapezoidal rule in `u`, smallest particles first.
+/// Nodes and weights for all modes.
 fn nodes(size: &SizeDistribution, x_per_um: f64, k: f64, quadrature: &Quadrature) -> Vec<Node> {
+    let (broad, narrow) = size.split(NARROW);
+    let mut nodes = broad.map_or(Vec::new(), |b| broad_nodes(&b, x_per_um, k, quadrature));
+    let bounds = [size.r_min_um(), size.r_max_um()].map(|r| (r * x_per_um).ln());
+    for mode in narrow {
+        narrow_nodes(&mode, x_per_um, bounds, quadrature, &mut nodes);
+    }
+    nodes
+}
+
+/// Appends the trapezoidal rule in `ln x` over a narrow mode, as far as it lies within bounds: steps of a quarter of its
+/// width, or smaller where interference asks for it.
+fn narrow_nodes(
+    mode: &LognormalMode,
+    x_per_um: f64,
+    [t_min, t_max]: [f64; 2],
+    quadrature: &Quadrature,
+    nodes: &mut Vec<Node>,
+) {
+    let (middle, width) = ((mode.r_mode_um * x_per_um).ln(), mode.sigma.ln());
+    // Beyond eight widths, and the shift of scattering's sixth power of radius, nothing is left.
+    let reach = 8.0 * width + 6.0 * width * width;
+    let (low, high) = (t_min.max(middle - reach), t_max.min(middle + reach));
+    if low >= high {
+        return;
+    }
+    let largest = [
+        0.25 * width,
+        quadrature.log_step,
+        quadrature.linear_step / high.exp(),
+    ];
+    let step = largest.into_iter().fold(f64::INFINITY, f64::min);
+    let count = ((high - low) / step).ceil().max(2.0);
+    let step = (high - low) / count;
+    for i in 0..=count as usize {
+        let t = low + i as f64 * step;
+        let z = (t - middle) / width;
+        let end = if i == 0 || i as f64 == count {
+            0.5
+        } else {
+            1.0
+        };
+        let density = (-0.5 * z * z).exp() / ((2.0 * PI).sqrt() * width);
+        nodes.push(Node {
+            x: t.exp(),
+            weight: end * step * mode.number_fraction * density,
+        });
+    }
+}
+
+/// Nodes and weights of the trapezoidal rule in `u`, smallest particles first.
+fn broad_nodes(
+    size: &SizeDistribution,
+    x_per_um: f64,
+    k: f64,
+    quadrature: &Quadrature,
+) -> Vec<Node> {
     const PANELS: usize = 400;
     let q = quadrature;
     let (t_min, t_max) = (

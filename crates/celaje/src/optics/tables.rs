@@ -118,7 +118,7 @@ pub fn humidity_nodes(source: &ParticleSource) -> &'static [f64] {
 /// Writes tables in the form in which they are shipped.
 ///
 /// # Errors
-/// [`Error::Io`] does not happen, since nothing but memory is written; [`Error::Invalid`] for a damaged phase function.
+/// [`Error::Invalid`] if the tables cannot be packed.
 pub fn encode(tables: &[ParticleTable]) -> Result<EncodedTables> {
     let mut out = EncodedTables {
         cross_sections: "# Mean cross sections per particle and asymmetry, made by the example make_tables. See SOURCE.md.\n\
