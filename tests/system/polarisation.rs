@@ -96,7 +96,7 @@ fn white_furnace() {
         &scene,
         PLANET_RADIUS_M,
         &looks,
-        job("polarised furnace", 256),
+        job("polarised furnace", 512),
     );
     for direction in 0..looks.len() {
         for lane in 0..4 {
