@@ -1,8 +1,8 @@
 """Polarised light of a slab of air and small spheres, by sasktran2: writes polarised_slab_mie.csv beside this file.
 
 A flat, homogeneous slab of Rayleigh air without depolarisation and log-normal spheres over a Lambertian ground, at two
-wavelengths. Vector discrete ordinates (I, Q, U; circular polarisation is neglected) with exact single scattering; the spheres'
-matrices are sasktran2's own.
+wavelengths. Vector discrete ordinates (I, Q, U; circular polarisation is neglected) with exact single scattering; the
+matrices of the spheres are sasktran2's own.
 
     pip install sasktran2 && python make_polarised_slab_mie.py
 """
@@ -99,10 +99,12 @@ def main():
     ssa = np.asarray(optics["xs_scattering"] / optics["xs_total"]).reshape(-1)
     header = f"""\
 # Polarised light of a plane-parallel, homogeneous slab of air and small spheres over a Lambertian ground.
-# Source: computed by make_polarised_slab_mie.py with sasktran2 {version("sasktran2")}, vector discrete ordinates of {STREAMS} streams with
-# exact single scattering (half as many change no value by more than {coarse_rms:.1e} of I); circular polarisation neglected.
-# Air: optical thickness {TAU_AIR}, no depolarisation. Spheres: {TAU_SPHERES}, log-normal, mode radius {MODE_RADIUS_NM / 1000} um, sigma {SIGMA}, index
-# 1.45 + 0.005i, single-scattering albedo {ssa[0]:.5f} and {ssa[1]:.5f}. Albedo of the ground {ALBEDO}.
+# Source: computed by make_polarised_slab_mie.py with sasktran2 {version("sasktran2")}, vector discrete ordinates
+# of {STREAMS} streams with exact single scattering (half as many change no value by more than {coarse_rms:.1e} of I);
+# circular polarisation neglected.
+# Air: optical thickness {TAU_AIR}, no depolarisation. Albedo of the ground {ALBEDO}.
+# Spheres: {TAU_SPHERES}, log-normal, mode radius {MODE_RADIUS_NM / 1000} um, sigma {SIGMA}, index 1.45 + 0.005i,
+# single-scattering albedo {ssa[0]:.5f} and {ssa[1]:.5f}.
 # Units: L / E0 [sr-1], E0 the irradiance of the unpolarised beam on a plane normal to it; diffuse light only.
 # dir UP: leaving the top; DN: arriving at the ground. mu, mu0: cosines of the zenith angles, both positive.
 # phi_deg: azimuth between the directions in which light and beam travel; 0 is forward; anticlockwise.
