@@ -286,9 +286,9 @@ class Radiance:
 
     Attributes
     ----------
-    radiance : ndarray of float32, shape (direction, wavelength)
-        Mean spectral radiance. [W m⁻² sr⁻¹ nm⁻¹]
-    standard_error : ndarray of float32, shape (direction, wavelength)
+    radiance : ndarray of float32, shape (direction, wavelength) or (direction, wavelength, 4)
+        Mean spectral radiance, or the mean Stokes vector (I, Q, U, V). [W m⁻² sr⁻¹ nm⁻¹]
+    standard_error : ndarray of float32, same shape
         Standard error of that mean, absolute; 0 for a deterministic method. [W m⁻² sr⁻¹ nm⁻¹]
     azimuth_deg, elevation_deg : ndarray of float64, shape (direction,)
         Where it was looked. [deg]

@@ -72,7 +72,14 @@ class Phase:
         return cls(_core.Phase.henyey_greenstein(vector("g", g)))
 
     @classmethod
-    def table(cls, theta_deg: ArrayLike, p: ArrayLike) -> Phase:
+    def table(
+        cls,
+        theta_deg: ArrayLike,
+        p: ArrayLike,
+        p12: ArrayLike | None = None,
+        p33: ArrayLike | None = None,
+        p34: ArrayLike | None = None,
+    ) -> Phase:
         """A table over the scattering angle, linear in ``cos θ`` between its nodes.
 
         Parameters
@@ -81,6 +88,9 @@ class Phase:
             Strictly increasing from 0 to 180. [deg]
         p : array_like, shape (t,) or (wavelength, t)
             At least 0; its integral over the sphere must be 1 within 2 % and is then made 1. [sr⁻¹]
+        p12, p33, p34 : array_like, shape of `p`, optional
+            The other elements of the scattering matrix of spheres (F22 = F11, F44 = F33), with the signs of Bohren &
+            Huffman 1983; what is left out is 0. Without any of them what is scattered leaves unpolarised. [sr⁻¹]
 
         Returns
         -------
@@ -90,12 +100,19 @@ class Phase:
         ------
         InvalidInputError
             Angles that do not run from 0 to 180, or an integral that is not 1.
+            Other elements larger than `p` allows.
         ShapeMismatchError
             As many values as angles are needed.
         """
-        return cls(
-            _core.Phase.table(vector("theta_deg", theta_deg), np.atleast_2d(as_float("p", p)))
-        )
+        angles, values = vector("theta_deg", theta_deg), np.atleast_2d(as_float("p", p))
+        others = {"p12": p12, "p33": p33, "p34": p34}
+        if all(element is None for element in others.values()):
+            return cls(_core.Phase.table(angles, values))
+        elements = [
+            np.zeros_like(values) if element is None else np.atleast_2d(as_float(name, element))
+            for name, element in others.items()
+        ]
+        return cls(_core.Phase.spheres(angles, values, *elements))
 
     @classmethod
     def legendre(cls, c: ArrayLike) -> Phase:

@@ -12,7 +12,6 @@ from ._climate import Place, When, Words, read_conditions
 from ._conditions import Conditions
 from ._errors import (
     InvalidInputError,
-    NotBuiltError,
     OutOfRangeError,
     ShapeMismatchError,
     UnknownNameError,
@@ -149,7 +148,7 @@ class Sky:
         default_spp = MOST_PATHS if open_ended else DEFAULT_SPP
         spp = _count("spp", default_spp if spp is None else spp, MAX_SPP)
         seed = _count("seed", seed, 2**64 - 1, least=0)
-        radiance, variance, samples = self._raw.render(
+        radiance, variance, samples, _ = self._raw.render(
             sensor,
             method,
             accuracy,
@@ -193,7 +192,7 @@ class Sky:
         spp: int | None = None,
         seed: int = 0,
         threads: int | None = None,
-        polarised: bool = False,
+        polarised: bool | None = None,
         max_order: int | None = None,
         sun_disc: str = "on",
         accuracy: str = "default",
@@ -217,8 +216,10 @@ class Sky:
             The same seed gives the same bits, on any number of threads.
         threads : int, optional
             1 to 1024; all cores by default.
-        polarised : bool
-            Stokes vectors are not built as yet: True is an error.
+        polarised : bool, optional
+            True: Stokes vectors (I, Q, U, V), with the method ``"path"`` only; see ``docs/conventions.md`` for their
+            basis. False: scalar light. None (default): the radiance of light that is polarised on its way, where the
+            method knows how.
         max_order : int, optional
             Count this many scatterings and reflections only; 1 is single scattering.
         sun_disc : str
@@ -229,7 +230,8 @@ class Sky:
         Returns
         -------
         Radiance
-            ``.radiance`` and ``.standard_error``, shape (direction, wavelength).
+            ``.radiance`` and ``.standard_error``, shape (direction, wavelength); with ``polarised=True``
+            (direction, wavelength, 4).
 
         Notes
         -----
@@ -245,11 +247,6 @@ class Sky:
         >>> bool((L.standard_error <= 0.05 * L.radiance).all())
         True
         """
-        if polarised:
-            raise NotBuiltError(
-                "polarised radiance is not built as yet",
-                "leave polarised=True out: I is what you get",
-            )
         azimuth, elevation = _directions(azimuth_deg, elevation_deg)
         sensor = _core.Sensor.directions(azimuth, elevation)
         max_order, threads = _order(max_order), _threads(threads)
@@ -257,10 +254,24 @@ class Sky:
         seed = _count("seed", seed, 2**64 - 1, least=0)
         default_spp = DEFAULT_SPP if noise is None else MOST_PATHS
         spp = _count("spp", default_spp if spp is None else spp, MAX_SPP)
-        values, variance, samples = self._raw.render(
-            sensor, method, accuracy, spp, seed, max_order, sun_disc, altitude_m, threads, noise, None
+        values, variance, samples, others = self._raw.render(
+            sensor,
+            method,
+            accuracy,
+            spp,
+            seed,
+            max_order,
+            sun_disc,
+            altitude_m,
+            threads,
+            noise,
+            None,
+            polarised,
         )
         spp = spp if noise is None else _mean_paths(samples)
+        if others is not None:
+            values = np.stack([values, *(mean for mean, _ in others)], axis=-1)
+            variance = np.stack([variance, *(v for _, v in others)], axis=-1)
         error = np.sqrt(variance[0])
         return Radiance(values[0], error, azimuth, elevation, self.wavelength_nm, spp, seed)
 

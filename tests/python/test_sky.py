@@ -143,3 +143,36 @@ def test_spelling_of_wavelengths() -> None:
 
     assert nm("450,550") == nm([450, 550]) == nm(np.array([450.0, 550.0])) == [450.0, 550.0]
     assert nm(550) == [550.0]
+
+
+def test_stokes_vectors() -> None:
+    """A quarter circle from the sun in its meridian the sky is polarised across it: Q < 0, U = 0."""
+    sky = celaje.sky(sun_elevation=30, wavelengths="450,650")
+    full = sky.radiance([0.0, 0.0], [60.0, 20.0], spp=256, polarised=True)
+    assert full.radiance.shape == full.standard_error.shape == (2, 2, 4)
+    i, q, u, v = np.moveaxis(full.radiance, -1, 0)
+    assert (q[0] < -0.4 * i[0]).all()
+    assert (np.abs(u) < 0.05 * i).all()
+    assert (np.abs(v) < 0.01 * i).all()
+    plain = sky.radiance([0.0, 0.0], [60.0, 20.0], spp=256)
+    assert np.array_equal(plain.radiance, full.radiance[..., 0])
+    scalar = sky.radiance([0.0, 0.0], [60.0, 20.0], spp=256, polarised=False)
+    assert not np.array_equal(scalar.radiance, plain.radiance)
+
+
+def test_a_matrix_of_ones_own() -> None:
+    """Rayleigh scattering as a table polarises as Rayleigh scattering does."""
+    theta = np.linspace(0.0, 180.0, 721)
+    c = np.cos(np.radians(theta))
+    norm = 3.0 / (16.0 * np.pi)
+    p, p12, p33 = norm * (1 + c**2), norm * (c**2 - 1), norm * 2 * c
+    seen = []
+    for phase in (celaje.Phase.table(theta, p, p12, p33), celaje.Phase.rayleigh(0.0)):
+        medium = celaje.Medium([0.0, 1e4], [500.0])
+        medium.add(np.full((2, 1), 2e-5), np.zeros((2, 1)), phase)
+        sky = medium.sky(sun_elevation=40, albedo=0.0)
+        look = sky.radiance([30.0, 100.0], [40.0, 15.0], spp=256, polarised=True, max_order=1)
+        seen.append(look.radiance)
+    assert np.abs(seen[0] - seen[1]).max() < 2e-3 * seen[1][..., 0].max()
+    with pytest.raises(celaje.InvalidInputError, match="exceeds"):
+        celaje.Phase.table(theta, p, 2 * p12, p33)

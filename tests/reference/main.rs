@@ -5,4 +5,4 @@ mod support;
 
 mod adams_kattawar;
 mod peer_scene;
-mod rayleigh_polarised;
+mod polarised_slabs;

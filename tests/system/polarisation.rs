@@ -13,6 +13,9 @@ use crate::scenes::{
 };
 use crate::support::{batches, Job};
 
+const STOKES: PolarisedPath = PolarisedPath { stokes: true };
+const RADIANCE: PolarisedPath = PolarisedPath { stokes: false };
+
 /// One Stokes component of a direction and a wavelength in every film: 0 is I.
 fn component(films: &[Film], direction: usize, lane: usize, component: usize) -> Vec<f64> {
     films
@@ -65,7 +68,9 @@ fn without_polarising_matter_it_is_the_scalar_path() {
         ..job("depolarising haze", 256)
     };
     let scalar = batches(&Path, &scene, PLANET_RADIUS_M, &looks, few);
-    let polarised = batches(&PolarisedPath, &scene, PLANET_RADIUS_M, &looks, few);
+    let polarised = batches(&STOKES, &scene, PLANET_RADIUS_M, &looks, few);
+    let radiance = batches(&RADIANCE, &scene, PLANET_RADIUS_M, &looks, few);
+    assert_eq!(scalar, radiance);
     for (s, p) in scalar.iter().zip(&polarised) {
         assert_eq!(s.radiance, p.radiance);
         assert_eq!(s.variance, p.variance);
@@ -87,11 +92,11 @@ fn white_furnace() {
     let scene = scene.with_background(&[1.0; 4]).unwrap();
     let looks = [look(120.0, 50.0), look(20.0, 8.0)];
     let films = batches(
-        &PolarisedPath,
+        &STOKES,
         &scene,
         PLANET_RADIUS_M,
         &looks,
-        job("polarised furnace", 256),
+        job("polarised furnace", 512),
     );
     for direction in 0..looks.len() {
         for lane in 0..4 {
@@ -115,7 +120,7 @@ fn mirror_symmetric_about_the_suns_plane() {
     let (left, right) = (look(240.0, 35.0), look(120.0, 35.0));
     let radius_m = PLANET_RADIUS_M + sky.ground_altitude_m();
     let films = batches(
-        &PolarisedPath,
+        &STOKES,
         &scene,
         radius_m,
         &[left, right],
@@ -137,6 +142,27 @@ fn mirror_symmetric_about_the_suns_plane() {
     }
 }
 
+/// Rationale: who wants the radiance alone is spared the rest of the matrices. Expected: the same radiances to the last bit, and
+/// not those of scalar light.
+#[test]
+fn the_radiance_alone_is_the_same() {
+    let medium = hazy_air(0.1, true);
+    let scene = under_sun(&medium, 30.0, 0.3, 0.27);
+    let looks = [look(0.0, 60.0), look(100.0, 20.0)];
+    let few = Job {
+        batches: 2,
+        ..job("radiance alone", 256)
+    };
+    let [all, alone, scalar] = [&STOKES as &dyn Integrator<_>, &RADIANCE, &Path]
+        .map(|integrator| batches(integrator, &scene, PLANET_RADIUS_M, &looks, few));
+    for ((all, alone), scalar) in all.iter().zip(&alone).zip(&scalar) {
+        assert_eq!(all.radiance, alone.radiance);
+        assert_eq!(all.variance, alone.variance);
+        assert!(alone.polarisation.is_none());
+        assert_ne!(alone.radiance, scalar.radiance);
+    }
+}
+
 /// Expected: no more light is polarised than there is, anywhere; single Rayleigh scattering without depolarisation by 90° is fully
 /// polarised, across the sun's meridian.
 #[test]
@@ -148,7 +174,7 @@ fn degree_of_polarisation() {
         .collect();
     let radius_m = PLANET_RADIUS_M + sky.ground_altitude_m();
     let films = batches(
-        &PolarisedPath,
+        &STOKES,
         &scene,
         radius_m,
         &looks,
@@ -186,13 +212,7 @@ fn degree_of_polarisation() {
         ..job("once", 16)
     };
     // 90° from a sun 30° high in the south.
-    let film = &batches(
-        &PolarisedPath,
-        &scene,
-        PLANET_RADIUS_M,
-        &[look(0.0, 60.0)],
-        once,
-    )[0];
+    let film = &batches(&STOKES, &scene, PLANET_RADIUS_M, &[look(0.0, 60.0)], once)[0];
     assert!((film.degree_of_polarisation(0, 1).unwrap() - 1.0).abs() < 1e-5);
     assert!((film.angle_of_polarisation_deg(0, 1).unwrap().abs() - 90.0).abs() < 1e-3);
 }
@@ -226,9 +246,14 @@ fn costs_less_than_three_times_the_scalar_path() {
             let relative: f64 = values.map(|(l, v)| f64::from(v / (l * l))).sum();
             (seconds, relative)
         };
-        let [scalar, polarised] = [&Path as &dyn Integrator<_>, &PolarisedPath].map(measure);
-        let (time, variance) = (polarised.0 / scalar.0, polarised.1 / scalar.1);
-        println!("sun {elevation_deg} deg: time x {time:.2}, variance of I x {variance:.2}");
-        assert!(time * variance < 3.0, "{time} {variance}");
+        let [scalar, stokes, radiance] =
+            [&Path as &dyn Integrator<_>, &STOKES, &RADIANCE].map(measure);
+        for (name, it) in [("I, Q, U, V", stokes), ("I alone", radiance)] {
+            let (time, variance) = (it.0 / scalar.0, it.1 / scalar.1);
+            println!(
+                "sun {elevation_deg} deg, {name}: time x {time:.2}, variance of I x {variance:.2}"
+            );
+            assert!(time * variance < 3.0, "{name}: {time} {variance}");
+        }
     }
 }

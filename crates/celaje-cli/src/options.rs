@@ -11,7 +11,7 @@ use celaje::error::check_range;
 use celaje::irradiance::Irradiance;
 use celaje::place::{parse_time, Site};
 use celaje::sensor::{Fisheye, LatLong, Perspective, Sensor, PROJECTIONS};
-use celaje::sky::{Method, RenderOptions, SunDisc};
+use celaje::sky::{Method, Polarised, RenderOptions, SunDisc};
 use celaje::spectrum::SolarSpectrum;
 use celaje::transport::{Accuracy, Budget, Goal, Keep, Outcome, Partial, Reins, MOST_PATHS};
 use celaje::{Error, Film, Sky, WavelengthGrid};
@@ -125,6 +125,15 @@ pub enum Disc {
     Only,
 }
 
+/// On or off.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Switch {
+    /// On
+    On,
+    /// Off
+    Off,
+}
+
 /// Where a picture looks.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "View")]
@@ -173,6 +182,10 @@ pub struct MethodOptions {
     /// Count this many scatterings and reflections only [default: all]
     #[arg(long, value_name = "N")]
     max_order: Option<u32>,
+    /// Polarisation: on writes Q, U, V beside the radiance (path only); off follows scalar light [default: light is
+    /// polarised on its way where the method knows how, and the radiance written]
+    #[arg(long, value_name = "WHETHER", hide_possible_values = true)]
+    polarised: Option<Switch>,
     /// Seed: the same gives the same values, on any number of threads
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
@@ -319,11 +332,12 @@ impl Plan {
         let spp = method.spp.unwrap_or(default_spp);
         check_range("spp", spp as f64, "", 1.0..=f64::from(u32::MAX))?;
         // Who asks for a number of paths, or for what only paths have, wants paths.
-        let default_method = if method.spp.is_some() || open_ended {
-            Method::Path
-        } else {
-            default.0
-        };
+        let default_method =
+            if method.spp.is_some() || open_ended || method.polarised == Some(Switch::On) {
+                Method::Path
+            } else {
+                default.0
+            };
         let solver = method.method.as_deref();
         let solver = solver.map_or(Ok(default_method), Method::named)?;
         if open_ended && solver == Method::Shells {
@@ -332,6 +346,13 @@ impl Plan {
                 "leave them out, or add --method path",
             ));
         }
+        let polarised = match method.polarised {
+            None => Polarised::Radiance,
+            Some(Switch::On) => Polarised::Stokes,
+            Some(Switch::Off) => Polarised::Off,
+        };
+        let possible = solver.check_polarised(polarised);
+        possible.map_err(|e| Failure::from(e).into_usage())?;
         if let Some(threads) = method.threads {
             check_range("threads", threads.get() as f64, "", 1.0..=1024.0)?;
         }
@@ -347,6 +368,7 @@ impl Plan {
             options: RenderOptions {
                 accuracy: Accuracy::named(&method.accuracy)?,
                 method: solver,
+                polarised,
                 budget,
                 sun_disc: match disc {
                     Disc::On => SunDisc::On,

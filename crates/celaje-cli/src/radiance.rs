@@ -20,10 +20,13 @@ use crate::write_stdout;
     after_help = "\
 Reads CSV whose first line names the columns azimuth_deg (clockwise from north) and elevation_deg, where the observer looks;
 writes every line again, followed by radiance_550nm, ... [W m-2 sr-1 nm-1] and their standard errors se_550nm, ...
+--polarised on adds the Stokes components q_, u_, v_ and their standard errors se_q_, se_u_, se_v_ [W m-2 sr-1 nm-1], the
+degree of linear polarisation dop_ [1] and its angle from the vertical aop_ [deg], in every direction.
 
-Example:
+Examples:
   printf 'azimuth_deg,elevation_deg\\n0,90\\n180,10\\n' |
-    celaje radiance --sun-elevation 30 --wavelengths 450,550,650 --directions -"
+    celaje radiance --sun-elevation 30 --wavelengths 450,550,650 --directions -
+  celaje radiance --sun-elevation 30 --polarised on --directions directions.csv"
 )]
 pub struct RadianceArgs {
     /// Scene file (TOML) with the words of these options; options given here win
@@ -150,18 +153,43 @@ fn output(table: &Table<'_>, film: &Film) -> String {
             text.push_str(&format!(",{prefix}_{nm}nm"));
         }
     }
+    if film.polarisation.is_some() {
+        for prefix in ["q", "u", "v", "se_q", "se_u", "se_v", "dop", "aop"] {
+            for nm in &film.wavelength_nm {
+                text.push_str(&format!(",{prefix}_{nm}nm"));
+            }
+        }
+    }
     text.push('\n');
     for (pixel, line) in table.lines.iter().enumerate() {
         text.push_str(line);
         let variance = &film.variance[pixel * w..(pixel + 1) * w];
         let errors = variance.iter().map(|v| v.sqrt());
-        for value in film.spectrum(pixel).iter().copied().chain(errors) {
+        let values = film.spectrum(pixel).iter().copied().chain(errors);
+        for value in values.chain(polarisation(film, pixel)) {
             // Writing to a string cannot fail.
             let _ = write!(text, ",{value:e}");
         }
         text.push('\n');
     }
     text
+}
+
+/// Q, U, V, their standard errors, degree and angle of polarisation of a pixel, each at every wavelength; nothing of a film
+/// without.
+fn polarisation(film: &Film, pixel: usize) -> Vec<f32> {
+    let w = film.wavelength_nm.len();
+    let here = pixel * w..(pixel + 1) * w;
+    let Some(polarisation) = &film.polarisation else {
+        return Vec::new();
+    };
+    let planes = polarisation.planes();
+    let means = planes.iter().flat_map(|p| p.mean[here.clone()].iter());
+    let variances = planes.iter().flat_map(|p| p.variance[here.clone()].iter());
+    let degree = (0..w).filter_map(|k| film.degree_of_polarisation(pixel, k));
+    let angle = (0..w).filter_map(|k| film.angle_of_polarisation_deg(pixel, k));
+    let values = means.copied().chain(variances.map(|v| v.sqrt()));
+    values.chain(degree).chain(angle).collect()
 }
 
 #[cfg(test)]
@@ -182,6 +210,23 @@ mod tests {
             output(&table, &film),
             "id,elevation_deg,azimuth_deg,radiance_450nm,radiance_550.5nm,se_450nm,se_550.5nm\n\
              a, 10 ,-90,1e-1,2e-1,5e-1,0e0\nb,90,0,0e0,3e0,0e0,2e0\n"
+        );
+    }
+
+    #[test]
+    fn stokes_components_follow_the_radiance() {
+        let table = Table::parse("azimuth_deg,elevation_deg\n0,90\n")
+            .ok()
+            .unwrap();
+        let mut film = Film::new_polarised(1, 1, &[450.0]).unwrap();
+        film.radiance = vec![2.0];
+        if let Some(p) = &mut film.polarisation {
+            (p.q.mean[0], p.v.mean[0], p.u.variance[0]) = (-1.0, 0.5, 4.0);
+        }
+        assert_eq!(
+            output(&table, &film),
+            "azimuth_deg,elevation_deg,radiance_450nm,se_450nm,q_450nm,u_450nm,v_450nm,se_q_450nm,se_u_450nm,se_v_450nm,\
+             dop_450nm,aop_450nm\n0,90,2e0,0e0,-1e0,0e0,5e-1,0e0,2e0,0e0,5e-1,9e1\n"
         );
     }
 

@@ -8,7 +8,7 @@ use celaje::image::{
     Format,
 };
 use celaje::sensor::Sensor;
-use celaje::sky::Method;
+use celaje::sky::{Method, Polarised};
 use celaje::transport::{Goal, Outcome, Partial};
 use celaje::{Film, Sky};
 use clap::Args;
@@ -26,8 +26,8 @@ use crate::options::{
     allow_negative_numbers = true,
     after_help = "\
 .png shows (tone curve, exposure); .exr holds linear colours in cd/m2 and the spectral radiance at every wavelength in
-W m-2 sr-1 nm-1 with its variance; .hdr holds linear colours in cd/m2; .nc is NetCDF with CF names: the same spectra, and
-where each pixel looks.
+W m-2 sr-1 nm-1 with its variance (with --polarised on, Q, U and V too); .hdr holds linear colours in cd/m2; .nc is NetCDF
+with CF names: the same spectra without Q, U and V, and where each pixel looks.
 
 Examples:
   celaje render --at -33.4,-70.6 --time 2026-06-21T09:30-04:00 -o dawn.png
@@ -200,6 +200,14 @@ fn metadata(plan: &Plan, sky: &Sky, sensor: &dyn Sensor) -> Vec<(String, String)
     }
     if let Some(limit) = plan.goal.time_limit {
         add("time_limit", format!("{} s", limit.as_secs_f64()));
+    }
+    if options.method == Method::Path {
+        let polarised = match options.polarised {
+            Polarised::Off => "off",
+            Polarised::Radiance => "radiance",
+            Polarised::Stokes => "on",
+        };
+        add("polarised", polarised.to_owned());
     }
     let orders = options.budget.max_order;
     add(

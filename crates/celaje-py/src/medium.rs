@@ -24,6 +24,11 @@ enum Form {
         theta_deg: Vec<f64>,
         p: Vec<f64>,
     },
+    /// A table and the other elements of spheres: p, p12, p33, p34.
+    Spheres {
+        theta_deg: Vec<f64>,
+        elements: [Vec<f64>; 4],
+    },
     Legendre(Vec<f64>),
     /// A species of a finished medium, with its number of wavelengths.
     Ready(Box<optics::Phase>, usize),
@@ -42,6 +47,10 @@ impl Phase {
         match &self.form {
             Form::Rayleigh(v) | Form::HenyeyGreenstein(v) => v.len(),
             Form::Table { theta_deg, p } => p.len() / theta_deg.len().max(1),
+            Form::Spheres {
+                theta_deg,
+                elements,
+            } => elements[0].len() / theta_deg.len().max(1),
             Form::Legendre(_) => 1,
             Form::Ready(_, n) => *n,
         }
@@ -62,6 +71,13 @@ impl Phase {
             Form::Rayleigh(rho) => optics::Phase::rayleigh(&repeat(rho)),
             Form::HenyeyGreenstein(g) => optics::Phase::henyey_greenstein(&repeat(g)),
             Form::Table { theta_deg, p } => optics::Phase::table(theta_deg, &repeat(p)),
+            Form::Spheres {
+                theta_deg,
+                elements,
+            } => {
+                let [p, p12, p33, p34] = elements.each_ref().map(repeat);
+                optics::Phase::spheres(theta_deg, &p, &p12, &p33, &p34)
+            }
             Form::Legendre(c) => optics::Phase::legendre(c, n),
             Form::Ready(phase, _) => Ok(phase.as_ref().clone()),
         }
@@ -97,6 +113,42 @@ impl Phase {
     }
 
     #[staticmethod]
+    fn spheres(
+        theta_deg: PyReadonlyArray1<'_, f64>,
+        p: PyReadonlyArray2<'_, f64>,
+        p12: PyReadonlyArray2<'_, f64>,
+        p33: PyReadonlyArray2<'_, f64>,
+        p34: PyReadonlyArray2<'_, f64>,
+    ) -> Outcome<Self> {
+        let theta_deg = theta_deg.as_slice()?.to_vec();
+        for (name, element) in [("p", &p), ("p12", &p12), ("p33", &p33), ("p34", &p34)] {
+            let (rows, columns) = (element.shape()[0], element.shape()[1]);
+            if columns != theta_deg.len() || rows != p.shape()[0] {
+                return Err(celaje::Error::ShapeMismatch {
+                    name: format!("phase table {name}"),
+                    got: format!("({rows}, {columns})"),
+                    expected: format!(
+                        "(wavelength, angle) = ({}, {})",
+                        p.shape()[0],
+                        theta_deg.len()
+                    ),
+                }
+                .into());
+            }
+        }
+        let elements = [
+            p.as_slice()?.to_vec(),
+            p12.as_slice()?.to_vec(),
+            p33.as_slice()?.to_vec(),
+            p34.as_slice()?.to_vec(),
+        ];
+        Self::new(Form::Spheres {
+            theta_deg,
+            elements,
+        })
+    }
+
+    #[staticmethod]
     fn legendre(c: PyReadonlyArray1<'_, f64>) -> Outcome<Self> {
         Self::new(Form::Legendre(c.as_slice()?.to_vec()))
     }
@@ -122,6 +174,9 @@ impl Phase {
             Form::Rayleigh(rho) => format!("Phase.rayleigh(depolarisation={rho:?})"),
             Form::HenyeyGreenstein(g) => format!("Phase.henyey_greenstein({g:?})"),
             Form::Table { theta_deg, .. } => format!("Phase.table({} angles)", theta_deg.len()),
+            Form::Spheres { theta_deg, .. } => {
+                format!("Phase.table({} angles, polarising)", theta_deg.len())
+            }
             Form::Legendre(c) => format!("Phase.legendre({} terms)", c.len()),
             Form::Ready(..) => "Phase of a finished medium".to_owned(),
         }

@@ -5,7 +5,7 @@ use std::time::Duration;
 use celaje::composition::aerosol::AerosolType;
 use celaje::error::check_range;
 use celaje::medium::{GridBox, GriddedMedium};
-use celaje::sky::{Method, RenderOptions, SunDisc};
+use celaje::sky::{Method, Polarised, RenderOptions, SunDisc};
 use celaje::spectrum::SolarSpectrum;
 use celaje::transport::{Accuracy, Budget, Goal, Reins};
 use celaje::{Error, WavelengthGrid};
@@ -21,11 +21,13 @@ use crate::own_aerosol::OwnAerosol;
 use crate::run::interruptible;
 use crate::sensor::Sensor;
 
-/// Radiance and its variance, shape (height, width, wavelength); samples, shape (height, width).
+/// Radiance and its variance, shape (height, width, wavelength); samples, shape (height, width); if asked for, the means and
+/// variances of Q, U, V, each of the first shape.
 type FilmArrays<'py> = (
     Bound<'py, PyArray3<f32>>,
     Bound<'py, PyArray3<f32>>,
     Bound<'py, PyArray2<u32>>,
+    Option<Vec<[Bound<'py, PyArray3<f32>>; 2]>>,
 );
 
 /// A sky.
@@ -131,7 +133,7 @@ impl Sky {
     }
 
     /// Exactly `spp` paths per pixel or, with a noise or a time limit, at most so many.
-    #[pyo3(signature = (sensor, method, accuracy, spp, seed, max_order, sun_disc, altitude_m, threads, noise, time_limit_s))]
+    #[pyo3(signature = (sensor, method, accuracy, spp, seed, max_order, sun_disc, altitude_m, threads, noise, time_limit_s, polarised=None))]
     fn render<'py>(
         &self,
         py: Python<'py>,
@@ -146,15 +148,21 @@ impl Sky {
         threads: Option<usize>,
         noise: Option<f64>,
         time_limit_s: Option<f64>,
+        polarised: Option<bool>,
     ) -> Outcome<FilmArrays<'py>> {
         let sun_disc = read_sun_disc(sun_disc)?;
-        let options = render_options(
+        let mut options = render_options(
             method,
             accuracy,
             (spp, seed, max_order),
             sun_disc,
             altitude_m,
         )?;
+        options.polarised = match polarised {
+            None => Polarised::Radiance,
+            Some(true) => Polarised::Stokes,
+            Some(false) => Polarised::Off,
+        };
         if let Some(seconds) = time_limit_s {
             check_range("time_limit", seconds, "s", 1e-3..=1e9)?;
         }
@@ -178,12 +186,21 @@ impl Sky {
             Ok(outcome.film)
         })?;
         let shape = [film.height, film.width, film.wavelength_nm.len()];
+        let stokes = film.polarisation.map(|p| {
+            let planes = [p.q, p.u, p.v].into_iter();
+            let arrays = planes.map(|plane| {
+                let mean = plane.mean.into_pyarray(py).reshape(shape)?;
+                Ok([mean, plane.variance.into_pyarray(py).reshape(shape)?])
+            });
+            arrays.collect::<Outcome<Vec<_>>>()
+        });
         Ok((
             film.radiance.into_pyarray(py).reshape(shape)?,
             film.variance.into_pyarray(py).reshape(shape)?,
             film.samples
                 .into_pyarray(py)
                 .reshape([film.height, film.width])?,
+            stokes.transpose()?,
         ))
     }
 
@@ -267,6 +284,7 @@ fn render_options(
     let (spp, seed, max_order) = budget;
     Ok(RenderOptions {
         accuracy: Accuracy::named(accuracy)?,
+        polarised: Polarised::default(),
         method: method.map(Method::named).transpose()?.unwrap_or_default(),
         budget: Budget {
             spp,

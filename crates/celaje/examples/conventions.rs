@@ -1,4 +1,5 @@
-//! Draws the figures of `docs/conventions.md`: where each sensor sees north, east, south, west and the sun.
+//! Draws the figures of `docs/conventions.md`: where each sensor sees north, east, south, west and the sun, and how the sky is
+//! polarised.
 //!
 //! ```text
 //! cargo run --example conventions -- docs/figures
@@ -9,9 +10,15 @@
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
+use std::sync::atomic::AtomicBool;
 
 use celaje::math::Vec3;
-use celaje::sensor::{Fisheye, LatLong, Perspective, Sensor};
+use celaje::medium::LayeredMedium;
+use celaje::optics::Phase;
+use celaje::sensor::{Directions, Fisheye, LatLong, Perspective, Sensor};
+use celaje::sky::{Method, Polarised, RenderOptions, SunDisc};
+use celaje::transport::Budget;
+use celaje::Sky;
 
 /// Where the sun of the figures stands: azimuth and elevation \[deg\].
 const SUN: (f64, f64) = (250.0, 25.0);
@@ -38,7 +45,90 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         std::fs::write(&path, figure(name, sensor.as_ref()))?;
         println!("{}", path.display());
     }
+    let path = folder.join("polarisation.svg");
+    std::fs::write(&path, polarisation()?)?;
+    println!("{}", path.display());
     Ok(())
+}
+
+/// A fisheye of the electric field of once-scattered light, and the basis of Stokes vectors at one point of it.
+fn polarisation() -> Result<String, Box<dyn std::error::Error>> {
+    let sensor = Fisheye::new(320, 320, 180.0)?;
+    let mut svg = figure("polarisation", &sensor);
+    svg.truncate(svg.len() - "</svg>\n".len());
+    // Thin air that scatters once; the angles are those of its film.
+    let mut medium = LayeredMedium::new(&[0.0, 1e4], &[500.0], 6.36e6)?;
+    medium.add(&[1e-8; 2], &[0.0; 2], Phase::rayleigh(&[0.0])?)?;
+    let sky = Sky::from_medium(medium, SUN.1, SUN.0, &[0.0], &[1.0], 0.0)?;
+    let looks: Vec<(f64, f64)> = [8.0, 22.0, 36.0, 50.0, 64.0, 78.0]
+        .into_iter()
+        .flat_map(|e: f64| {
+            let n = (30.0 * e.to_radians().cos()).round().max(1.0);
+            (0..n as u32).map(move |k| (360.0 * f64::from(k) / n, e))
+        })
+        .collect();
+    let (azimuth, elevation): (Vec<f64>, Vec<f64>) = looks.iter().copied().unzip();
+    let options = RenderOptions {
+        method: Method::Path,
+        budget: Budget {
+            spp: 16,
+            seed: 0,
+            max_order: Some(1),
+        },
+        sun_disc: SunDisc::Off,
+        altitude_m: None,
+        polarised: Polarised::Stokes,
+    };
+    let directions = Directions::new(&azimuth, &elevation)?;
+    let film = sky.render(&directions, &options, &AtomicBool::new(false), &|_, _| {})?;
+    for (pixel, &(azimuth, elevation)) in looks.iter().enumerate() {
+        let (theta, phi) = stokes_basis(azimuth, elevation);
+        let degree = f64::from(film.degree_of_polarisation(pixel, 0).unwrap_or(0.0));
+        let angle_deg = f64::from(film.angle_of_polarisation_deg(pixel, 0).unwrap_or(0.0));
+        let (sin, cos) = angle_deg.to_radians().sin_cos();
+        let look = Vec3::from_azimuth_elevation_deg(azimuth, elevation);
+        let reach = (theta * cos + phi * sin) * (0.08 * degree);
+        let bar = [-1.0, 1.0].map(|side| (look + reach * side).normalized());
+        line(&mut svg, &sensor, bar.into_iter(), 2.0);
+    }
+    let at = (140.0, 30.0);
+    let (theta, phi) = stokes_basis(at.0, at.1);
+    let look = Vec3::from_azimuth_elevation_deg(at.0, at.1);
+    for (label, vector) in [("θ̂", theta), ("φ̂", phi)] {
+        let tip = (look + vector * 0.3).normalized();
+        arrow(&mut svg, &sensor, (look, tip), label);
+    }
+    svg.push_str("</svg>\n");
+    Ok(svg)
+}
+
+/// θ̂ and φ̂ of the light that arrives from a direction: k travels the other way.
+fn stokes_basis(azimuth_deg: f64, elevation_deg: f64) -> (Vec3, Vec3) {
+    let k = -Vec3::from_azimuth_elevation_deg(azimuth_deg, elevation_deg);
+    let phi = Vec3::new(0.0, 0.0, 1.0).cross(k).normalized();
+    (phi.cross(k), phi)
+}
+
+/// An arrow between two directions with a name at its tip.
+fn arrow(svg: &mut String, sensor: &dyn Sensor, (from, to): (Vec3, Vec3), label: &str) {
+    if let (Some((x0, y0)), Some((x1, y1))) = (sensor.pixel_of(from), sensor.pixel_of(to)) {
+        let (dx, dy) = (x1 - x0, y1 - y0);
+        let length = dx.hypot(dy);
+        let (dx, dy) = (dx / length, dy / length);
+        let head = [(-8.0, 4.0), (-8.0, -4.0)]
+            .map(|(along, across)| (x1 + along * dx - across * dy, y1 + along * dy + across * dx));
+        let _ = writeln!(
+            svg,
+            r##"<path stroke="#fd3" fill="#fd3" stroke-width="2.5" d="M{x0:.1} {y0:.1}L{x1:.1} {y1:.1}L{:.1} {:.1}L{:.1} {:.1}L{x1:.1} {y1:.1}"/>
+<text x="{:.1}" y="{:.1}" fill="#fd3">{label}</text>"##,
+            head[0].0,
+            head[0].1,
+            head[1].0,
+            head[1].1,
+            x1 + 12.0 * dx,
+            y1 + 12.0 * dy + 5.0
+        );
+    }
 }
 
 /// One SVG: sky and ground, a net of azimuth and elevation, the four quarters and the sun.

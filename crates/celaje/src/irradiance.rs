@@ -8,7 +8,7 @@ use crate::error::Result;
 use crate::film::Film;
 use crate::math::Vec3;
 use crate::sensor::Sensor;
-use crate::sky::{RenderOptions, Sky, SunDisc};
+use crate::sky::{Polarised, RenderOptions, Sky, SunDisc};
 use crate::spectrum::WavelengthGrid;
 use crate::transport::SunLight;
 
@@ -116,8 +116,14 @@ impl Sky {
         cancel: &AtomicBool,
         progress: &(dyn Fn(u64, u64) + Sync),
     ) -> Result<Irradiance> {
+        // Planes collect radiance: Q, U and V of the sky would be thrown away.
+        let polarised = match options.polarised {
+            Polarised::Stokes => Polarised::Radiance,
+            other => other,
+        };
         let disc_alone = RenderOptions {
             sun_disc: SunDisc::Only,
+            polarised,
             ..*options
         };
         let disc_sky = self.with_a_disc()?;
@@ -133,6 +139,7 @@ impl Sky {
 
         let sky_alone = RenderOptions {
             sun_disc: SunDisc::Off,
+            polarised,
             ..*options
         };
         let film = self.render(&Hemisphere, &sky_alone, cancel, progress)?;
@@ -218,6 +225,7 @@ mod tests {
 
     fn options(spp: u32, altitude_m: Option<f64>) -> RenderOptions {
         RenderOptions {
+            polarised: Polarised::default(),
             method: Method::default(),
             accuracy: Accuracy::default(),
             budget: Budget {

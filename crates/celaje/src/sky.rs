@@ -18,7 +18,7 @@ use crate::sensor::Sensor;
 use crate::spectrum::{SolarSpectrum, WavelengthGrid};
 use crate::transport::{
     render_until, Accuracy, Budget, Classic, Control, Goal, Integrator, Observer, Outcome, Path,
-    Reins, Scene, Shells, SunLight, Tracker,
+    PolarisedPath, Reins, Scene, Shells, SunLight, Tracker,
 };
 
 /// Radius of sea level \[m\]; the atmosphere ends 100 km above it.
@@ -64,6 +64,24 @@ impl Method {
         ),
     ];
 
+    /// Makes sure that the method can do what is wanted of polarisation.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] if Q, U and V are wanted of a method of scalar light.
+    pub fn check_polarised(self, wanted: Polarised) -> Result<()> {
+        if wanted != Polarised::Stokes || self == Self::Path {
+            return Ok(());
+        }
+        let name = Self::ALL.iter().find(|(m, ..)| *m == self);
+        Err(Error::invalid(
+            format!(
+                "the method {} does not know the polarisation of light",
+                name.map_or("", |(_, name, _)| name)
+            ),
+            "use the method path, or leave polarisation off",
+        ))
+    }
+
     /// The method of a name.
     ///
     /// # Errors
@@ -90,6 +108,18 @@ pub enum SunDisc {
     Only,
 }
 
+/// What becomes of the polarisation of light.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Polarised {
+    /// Light is a scalar: it is never polarised.
+    Off,
+    /// Light is polarised on its way, by methods that know how; the radiance alone is kept.
+    #[default]
+    Radiance,
+    /// Light is polarised, and Q, U and V are kept beside the radiance.
+    Stokes,
+}
+
 /// How to look at a sky.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RenderOptions {
@@ -103,6 +133,8 @@ pub struct RenderOptions {
     pub sun_disc: SunDisc,
     /// Observer above sea level \[m\]; `None` is on the ground. Never below it.
     pub altitude_m: Option<f64>,
+    /// What becomes of polarisation.
+    pub polarised: Polarised,
 }
 
 /// The composition behind a sky: what the air holds.
@@ -327,11 +359,16 @@ impl Sky {
             cancel,
             progress,
         };
+        options.method.check_polarised(options.polarised)?;
+        let polarised_path = PolarisedPath {
+            stokes: options.polarised == Polarised::Stokes,
+        };
         let integrator: &dyn Integrator<LayeredMedium> = match options.method {
             Method::Shells => &Shells {
                 accuracy: options.accuracy,
             },
-            Method::Path => &Path,
+            Method::Path if options.polarised == Polarised::Off => &Path,
+            Method::Path => &polarised_path,
             Method::Tracker => &Tracker,
             Method::Classic => &Classic,
         };

@@ -7,7 +7,7 @@ use celaje::colour::{Observer, SpectrumToXyz};
 use celaje::math::Table;
 use celaje::place::{Instant, Site, SunPosition};
 use celaje::sensor::Directions;
-use celaje::sky::{Method, RenderOptions, SunDisc};
+use celaje::sky::{Method, Polarised, RenderOptions, SunDisc};
 use celaje::spectrum::SolarSpectrum;
 use celaje::transport::Budget;
 use celaje::{Sky, WavelengthGrid};
@@ -314,6 +314,7 @@ fn zenith_radiance(conditions: Conditions) -> [f32; 2] {
 /// Radiance of the zenith, without the sun.
 fn look_up(sky: &Sky, method: Method, max_order: Option<u32>) -> Vec<f32> {
     let options = RenderOptions {
+        polarised: Polarised::default(),
         method,
         accuracy: celaje::transport::Accuracy::default(),
         budget: Budget {

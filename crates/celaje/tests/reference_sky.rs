@@ -9,7 +9,7 @@ use celaje::composition::{Atmosphere, GasColumns, VerticalGrid};
 use celaje::medium::{from_atmosphere, grid_with_edges, LayeredMedium, Medium, Ray};
 use celaje::optics::{aerosol_optics, AerosolOptics};
 use celaje::sensor::Directions;
-use celaje::sky::{Method, RenderOptions, SunDisc, PLANET_RADIUS_M};
+use celaje::sky::{Method, Polarised, RenderOptions, SunDisc, PLANET_RADIUS_M};
 use celaje::spectrum::SolarSpectrum;
 use celaje::transport::Budget;
 use celaje::{Sky, WavelengthGrid};
@@ -147,6 +147,7 @@ fn halving_the_vertical_step_changes_no_radiance() {
     let (azimuth, elevation): (Vec<f64>, Vec<f64>) = looks.iter().copied().unzip();
     let sensor = Directions::new(&azimuth, &elevation).unwrap();
     let options = RenderOptions {
+        polarised: Polarised::default(),
         method: Method::Path,
         accuracy: celaje::transport::Accuracy::default(),
         budget: Budget {

@@ -34,7 +34,15 @@ pub(super) const SAMPLES_CHANNEL: &str = "samples";
 /// Name of the channel of radiance (Stokes component 0) at a wavelength \[nm\]: `S0.550,000000nm`, with a comma because
 /// a dot separates layers.
 pub fn spectral_channel(wavelength_nm: f64) -> String {
-    format!("S0.{}nm", format!("{wavelength_nm:.6}").replace('.', ","))
+    stokes_channel(0, wavelength_nm)
+}
+
+/// Name of the channel of a Stokes component, 0 to 3 for I, Q, U, V.
+pub(super) fn stokes_channel(component: usize, wavelength_nm: f64) -> String {
+    format!(
+        "S{component}.{}nm",
+        format!("{wavelength_nm:.6}").replace('.', ",")
+    )
 }
 
 /// Writes a film as an EXR: 32-bit floats, lossless ZIP, scan lines.
@@ -43,11 +51,13 @@ pub fn spectral_channel(wavelength_nm: f64) -> String {
 /// |---|---|
 /// | `R`, `G`, `B` | linear sRGB \[cd m⁻²\] for the observer (`whiteLuminance` 1); negative out of gamut |
 /// | `S0.550,000000nm`, … | spectral radiance \[W m⁻² sr⁻¹ nm⁻¹\], bit for bit that of the film |
+/// | `S1`, `S2`, `S3` in the place of `S0` | Stokes components Q, U, V, if the film has them; see `film::Polarisation` for their basis |
 /// | `variance.S0.550,000000nm`, … | variance of that mean, the square of its unit; left out if all are 0 |
 /// | `samples` | paths behind the pixel, 32-bit integers; 0 where the sensor sees nothing |
 ///
 /// Attributes: `spectralLayoutVersion` and `emissiveUnits` of the layout, and each entry of the metadata as a string
-/// (UTF-8) named `celaje.NAME`. Where the sensor sees nothing every channel is 0.
+/// (UTF-8) named `celaje.NAME`; with polarisation also `polarisationHandedness` of the layout and `celaje.stokes_basis`. Where the
+/// sensor sees nothing every channel is 0.
 ///
 /// [`super::read_exr`] reads all of it back.
 ///
@@ -55,12 +65,21 @@ pub fn spectral_channel(wavelength_nm: f64) -> String {
 /// As [`super::save`].
 pub fn write_exr(path: &Path, film: &Film, observer: Observer, metadata: &Metadata) -> Result<()> {
     let preview = ColourImage::from_film(film, observer)?;
-    if film.variance.len() != film.radiance.len() {
-        return Err(Error::ShapeMismatch {
-            name: "film.variance".to_owned(),
-            got: format!("({},)", film.variance.len()),
-            expected: format!("({},)", film.radiance.len()),
-        });
+    let others = film.polarisation.iter().flat_map(|p| p.planes());
+    let others = others.flat_map(|p| {
+        [
+            ("mean of Q, U or V", &p.mean),
+            ("variance of Q, U or V", &p.variance),
+        ]
+    });
+    for (name, values) in others.chain([("film.variance", &film.variance)]) {
+        if values.len() != film.radiance.len() {
+            return Err(Error::ShapeMismatch {
+                name: name.to_owned(),
+                got: format!("({},)", values.len()),
+                expected: format!("({},)", film.radiance.len()),
+            });
+        }
     }
     let channels = FilmChannels::new(film, &preview);
     let size = Vec2(film.width, film.height);
@@ -71,7 +90,7 @@ pub fn write_exr(path: &Path, film: &Film, observer: Observer, metadata: &Metada
     };
     let layer = Layer::new(
         size,
-        layer_attributes(observer, metadata),
+        layer_attributes(film, observer, metadata),
         encoding,
         channels,
     );
@@ -92,7 +111,11 @@ pub fn write_exr(path: &Path, film: &Film, observer: Observer, metadata: &Metada
     })
 }
 
-fn layer_attributes(observer: Observer, metadata: &Metadata) -> LayerAttributes {
+/// What Q, U and V of a file refer to.
+const STOKES_BASIS: &str = "S1 = |Et|^2 - |Ep|^2, S2 = 2 Re(Et Ep*), S3 = 2 Im(Et Ep*); \
+    k: direction of travel of the light, t: along increasing zenith angle of k in its vertical plane, p = k x t; fields as exp(-iwt)";
+
+fn layer_attributes(film: &Film, observer: Observer, metadata: &Metadata) -> LayerAttributes {
     // EXR strings are bytes; those of UTF-8 are what today's readers expect.
     let text = |s: &str| Text::from_slice_unchecked(s.as_bytes());
     let string = |s: &str| AttributeValue::Text(text(s));
@@ -105,6 +128,10 @@ fn layer_attributes(observer: Observer, metadata: &Metadata) -> LayerAttributes 
     other.insert(text("spectralLayoutVersion"), string("1.0"));
     other.insert(text("emissiveUnits"), string("W.m^-2.sr^-1.nm^-1"));
     other.insert(text(&format!("{PREFIX}observer")), string(observer.name()));
+    if film.polarisation.is_some() {
+        other.insert(text("polarisationHandedness"), string("right"));
+        other.insert(text(&format!("{PREFIX}stokes_basis")), string(STOKES_BASIS));
+    }
     for (name, value) in metadata {
         other.insert(text(&format!("{PREFIX}{name}")), string(value));
     }
@@ -115,14 +142,17 @@ fn layer_attributes(observer: Observer, metadata: &Metadata) -> LayerAttributes 
 #[derive(Debug, Clone, Copy)]
 enum Source {
     Preview(usize),
-    Radiance(usize),
-    Variance(usize),
+    /// Stokes component, wavelength.
+    Mean(usize, usize),
+    Variance(usize, usize),
     Samples,
 }
 
 /// The channels of a film, read from where they lie: no second copy of the film is made.
 struct FilmChannels<'a> {
     film: &'a Film,
+    /// Means and variances of the Stokes components that there are.
+    stokes: Vec<(&'a [f32], &'a [f32])>,
     preview: &'a ColourImage,
     /// Sorted by name, as the format demands.
     channels: Vec<(String, Source)>,
@@ -135,18 +165,25 @@ impl<'a> FilmChannels<'a> {
             .enumerate()
             .map(|(k, name)| (name.to_owned(), Source::Preview(k)))
             .collect();
+        let mut stokes = vec![(&film.radiance[..], &film.variance[..])];
+        let others = film.polarisation.iter().flat_map(|p| p.planes());
+        stokes.extend(others.map(|p| (&p.mean[..], &p.variance[..])));
         let with_variance = film.variance.iter().any(|&v| v != 0.0);
-        for (k, &wavelength_nm) in film.wavelength_nm.iter().enumerate() {
-            let name = spectral_channel(wavelength_nm);
-            if with_variance {
-                channels.push((format!("{VARIANCE_PREFIX}{name}"), Source::Variance(k)));
+        for component in 0..stokes.len() {
+            for (k, &wavelength_nm) in film.wavelength_nm.iter().enumerate() {
+                let name = stokes_channel(component, wavelength_nm);
+                if with_variance {
+                    let source = Source::Variance(component, k);
+                    channels.push((format!("{VARIANCE_PREFIX}{name}"), source));
+                }
+                channels.push((name, Source::Mean(component, k)));
             }
-            channels.push((name, Source::Radiance(k)));
         }
         channels.push((SAMPLES_CHANNEL.to_owned(), Source::Samples));
         channels.sort_by(|a, b| a.0.cmp(&b.0));
         Self {
             film,
+            stokes,
             preview,
             channels,
         }
@@ -157,8 +194,8 @@ impl<'a> FilmChannels<'a> {
         match source {
             Source::Preview(k) => self.preview.rgb[pixel][k],
             _ if !self.film.is_lit(pixel) => 0.0,
-            Source::Radiance(k) => self.film.radiance[pixel * n + k],
-            Source::Variance(k) => self.film.variance[pixel * n + k],
+            Source::Mean(component, k) => self.stokes[component].0[pixel * n + k],
+            Source::Variance(component, k) => self.stokes[component].1[pixel * n + k],
             // Written as they are, below; a float would round them.
             Source::Samples => self.film.samples[pixel] as f32,
         }
@@ -274,6 +311,40 @@ mod tests {
         assert_eq!(attribute("emissiveUnits"), string("W.m^-2.sr^-1.nm^-1"));
         assert_eq!(attribute("celaje.north"), string("up; east is left"));
         assert_eq!(attribute("celaje.place"), string("Mañón, 43.7° N"));
+    }
+
+    #[test]
+    fn stokes_components_are_layers_of_their_own() {
+        let folder = Folder::new("exr-stokes");
+        let mut film = Film::new_polarised(2, 1, &[550.0]).unwrap();
+        film.samples = vec![2, 2];
+        film.radiance = vec![1.0, 2.0];
+        film.variance = vec![0.1, 0.1];
+        if let Some(p) = &mut film.polarisation {
+            for (c, plane) in p.planes_mut().into_iter().enumerate() {
+                plane.mean = vec![c as f32 + 0.25, c as f32 + 0.5];
+                plane.variance = vec![c as f32, 0.5];
+            }
+        }
+        let path = folder.join("a.exr");
+        write_exr(&path, &film, Observer::Cie1931, &[]).unwrap();
+        let image = read_first_flat_layer_from_file(&path).unwrap();
+        let layer = &image.layer_data;
+        assert_eq!(layer.channel_data.list.len(), 3 + 8);
+        let find = |name: &str| -> Vec<f32> {
+            let mut list = layer.channel_data.list.iter();
+            let channel = list.find(|c| c.name == *name).unwrap();
+            channel.sample_data.values_as_f32().collect()
+        };
+        assert_eq!(find("S1.550,000000nm"), [0.25, 0.5]);
+        assert_eq!(find("S3.550,000000nm"), [2.25, 2.5]);
+        assert_eq!(find("variance.S2.550,000000nm"), [1.0, 0.5]);
+        let handedness = &layer.attributes.other[&Text::from("polarisationHandedness")];
+        assert_eq!(*handedness, AttributeValue::Text(Text::from("right")));
+        if let Some(p) = &mut film.polarisation {
+            p.u.variance.pop();
+        }
+        assert!(write_exr(&path, &film, Observer::Cie1931, &[]).is_err());
     }
 
     #[test]

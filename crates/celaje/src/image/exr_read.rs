@@ -6,7 +6,7 @@ use exr::image::{AnyChannels, FlatSamples, Layer};
 use exr::meta::attribute::AttributeValue;
 use exr::prelude::read_first_flat_layer_from_file;
 
-use super::exr_file::{PREFIX, SAMPLES_CHANNEL, VARIANCE_PREFIX};
+use super::exr_file::{stokes_channel, PREFIX, SAMPLES_CHANNEL, VARIANCE_PREFIX};
 use crate::error::{Error, Result};
 use crate::film::Film;
 
@@ -36,21 +36,30 @@ pub fn read_exr(path: &Path) -> Result<(Film, Vec<(String, String)>)> {
     if wavelength_nm.is_empty() {
         return Err(foreign("holds no spectral radiance".to_owned()));
     }
-    let mut film = Film::new(layer.size.x(), layer.size.y(), &wavelength_nm)?;
+    let (width, height) = (layer.size.x(), layer.size.y());
+    let stokes = channel(&layer, &stokes_channel(1, wavelength_nm[0])).is_some();
+    let mut film = if stokes {
+        Film::new_polarised(width, height, &wavelength_nm)?
+    } else {
+        Film::new(width, height, &wavelength_nm)?
+    };
+    let mut planes = vec![(&mut film.radiance, &mut film.variance)];
+    let others = film.polarisation.iter_mut().flat_map(|p| p.planes_mut());
+    planes.extend(others.map(|p| (&mut p.mean, &mut p.variance)));
     let w = wavelength_nm.len();
-    for (k, &nm) in wavelength_nm.iter().enumerate() {
-        let name = super::spectral_channel(nm);
-        let radiance = channel(&layer, &name).ok_or_else(|| foreign(format!("lacks {name}")))?;
-        for (value, out) in radiance
-            .values_as_f32()
-            .zip(film.radiance[k..].iter_mut().step_by(w))
-        {
-            *out = value;
-        }
-        if let Some(variance) = channel(&layer, &format!("{VARIANCE_PREFIX}{name}")) {
-            let out = film.variance[k..].iter_mut().step_by(w);
-            for (value, out) in variance.values_as_f32().zip(out) {
+    for (component, (mean, variance)) in planes.into_iter().enumerate() {
+        for (k, &nm) in wavelength_nm.iter().enumerate() {
+            let name = stokes_channel(component, nm);
+            let values = channel(&layer, &name).ok_or_else(|| foreign(format!("lacks {name}")))?;
+            let out = mean[k..].iter_mut().step_by(w);
+            for (value, out) in values.values_as_f32().zip(out) {
                 *out = value;
+            }
+            if let Some(values) = channel(&layer, &format!("{VARIANCE_PREFIX}{name}")) {
+                let out = variance[k..].iter_mut().step_by(w);
+                for (value, out) in values.values_as_f32().zip(out) {
+                    *out = value;
+                }
             }
         }
     }
@@ -111,6 +120,26 @@ mod tests {
         expected.push(("observer".to_owned(), Observer::Cie1964.name().to_owned()));
         expected.sort();
         assert_eq!(said, expected);
+    }
+
+    #[test]
+    fn stokes_components_are_read_bit_for_bit() {
+        let folder = Folder::new("exr-read-stokes");
+        let path = folder.join("a.exr");
+        let plain = film(5, 3, &[450.0, 550.0]);
+        let mut written = Film::new_polarised(5, 3, &[450.0, 550.0]).unwrap();
+        if let Some(p) = &mut written.polarisation {
+            for (c, plane) in p.planes_mut().into_iter().enumerate() {
+                plane.mean = plain.radiance.iter().map(|v| v - c as f32).collect();
+                plane.mean[..2].fill(0.0);
+                plane.variance = plain.variance.clone();
+            }
+        }
+        written.radiance = plain.radiance;
+        written.variance = plain.variance;
+        written.samples = plain.samples;
+        write_exr(&path, &written, Observer::Cie1964, &[]).unwrap();
+        assert_eq!(read_exr(&path).unwrap().0, written);
     }
 
     #[test]

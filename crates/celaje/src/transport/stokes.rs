@@ -74,8 +74,10 @@ pub(super) struct Stokes {
     lanes: usize,
     /// `N`, shape (row, column, lanes).
     matrix: Vec<f32>,
-    /// Rows and columns in use: 3 where nothing makes light circular, else 4.
-    size: usize,
+    /// Columns in use: 3 where nothing makes light circular, else 4.
+    columns: usize,
+    /// Rows in use: 1 where the radiance is all that is wanted, else as many as columns.
+    rows: usize,
     /// Normal of the plane of its columns.
     across: Vec3,
     /// Whether anything but unpolarised light counts: not below a reflection at the ground.
@@ -87,13 +89,16 @@ pub(super) struct Stokes {
 }
 
 impl Stokes {
-    pub fn new<M: Medium>(medium: &M) -> Self {
+    /// `all` — whether Q, U and V are wanted beside I.
+    pub fn new<M: Medium>(medium: &M, all: bool) -> Self {
         let lanes = medium.lanes();
         let circular = medium.phases().iter().any(|p| p.makes_circular());
+        let columns = if circular { 4 } else { 3 };
         Self {
             lanes,
             matrix: vec![0.0; COMPONENTS * COMPONENTS * lanes],
-            size: if circular { 4 } else { 3 },
+            columns,
+            rows: if all { columns } else { 1 },
             across: Vec3::new(1.0, 0.0, 0.0),
             alive: true,
             mueller: MuellerRows::new(lanes),
@@ -105,8 +110,8 @@ impl Stokes {
     /// Begins a path from the eye.
     #[inline(always)]
     pub fn start(&mut self, look: Vec3) {
-        self.matrix.fill(0.0);
-        for k in 0..self.size {
+        self.matrix[..self.rows * COMPONENTS * self.lanes].fill(0.0);
+        for k in 0..self.rows {
             let at = k * (COMPONENTS + 1) * self.lanes;
             self.matrix[at..at + self.lanes].fill(1.0);
         }
@@ -115,10 +120,13 @@ impl Stokes {
         self.found.fill(0.0);
     }
 
-    /// Takes what was found to the result: `out[component] += found · guess` for Q, U, V.
+    /// Takes what was found to the result: `out[component] += found · guess` for Q, U, V, if they are wanted.
     #[inline(always)]
     pub fn add_found(&self, guess: &[f32], out: &mut [f32]) {
         let n = self.lanes;
+        if self.rows == 1 {
+            return;
+        }
         for (row, found) in out[n..].chunks_exact_mut(n).zip(self.found.chunks_exact(n)) {
             for i in 0..n {
                 row[i] += found[i] * guess[i];
@@ -151,11 +159,11 @@ impl Stokes {
         let mixed = &mixed[..n];
         let [f12, f22, f33, f34, f44] = self.mueller.elements();
         let (cos2, sin2) = (turn.cos2, turn.sin2);
-        for row in self.matrix.chunks_exact_mut(COMPONENTS * n).take(self.size) {
+        for row in self.matrix.chunks_exact_mut(COMPONENTS * n).take(self.rows) {
             let (r0, rest) = row.split_at_mut(n);
             let (r1, rest) = rest.split_at_mut(n);
             let (r2, r3) = rest.split_at_mut(n);
-            if self.size == 4 {
+            if self.columns == 4 {
                 for i in 0..n {
                     let inverse = inverse(mixed[i]);
                     let q = r1[i] * cos2 - r2[i] * sin2;
@@ -185,7 +193,7 @@ impl Stokes {
     #[inline(always)]
     pub fn depolarise(&mut self) {
         let n = self.lanes;
-        for row in self.matrix.chunks_exact_mut(COMPONENTS * n) {
+        for row in self.matrix.chunks_exact_mut(COMPONENTS * n).take(self.rows) {
             row[n..].fill(0.0);
         }
         self.alive = false;
@@ -199,7 +207,8 @@ impl Stokes {
         for i in 0..n {
             found[i] += light[i] * self.matrix[i];
         }
-        for (c, found) in self.found.chunks_exact_mut(n).enumerate() {
+        let others = self.found.chunks_exact_mut(n).take(self.rows - 1);
+        for (c, found) in others.enumerate() {
             let row = &self.matrix[(c + 1) * COMPONENTS * n..][..n];
             for i in 0..n {
                 found[i] += light[i] * row[i];
@@ -253,7 +262,7 @@ impl Stokes {
         if let Some(row) = rows.next() {
             add(found, row);
         }
-        for (found, row) in self.found.chunks_exact_mut(n).zip(rows).take(self.size - 1) {
+        for (found, row) in self.found.chunks_exact_mut(n).zip(rows).take(self.rows - 1) {
             add(found, row);
         }
     }
