@@ -69,6 +69,7 @@ fn polarisation() -> Result<String, Box<dyn std::error::Error>> {
         .collect();
     let (azimuth, elevation): (Vec<f64>, Vec<f64>) = looks.iter().copied().unzip();
     let options = RenderOptions {
+        accuracy: celaje::transport::Accuracy::default(),
         method: Method::Path,
         budget: Budget {
             spp: 16,
