@@ -50,6 +50,72 @@ impl Guide {
     }
 }
 
+/// Cubic interpolation through the four nodes about a value; through fewer where a table has fewer.
+#[derive(Debug, Clone)]
+pub struct Cubic {
+    x: Vec<f64>,
+    guide: Option<Guide>,
+    points: usize,
+    /// Lagrange's constant factors `1/Π (x_i − x_j)` for every first node.
+    factors: Vec<[f64; 4]>,
+}
+
+impl Cubic {
+    /// Interpolation on `x`, strictly increasing, at least one value.
+    pub fn new(x: &[f64]) -> Self {
+        let points = x.len().min(4);
+        let factors = (0..=x.len() - points)
+            .map(|first| {
+                let mut factor = [0.0; 4];
+                for (i, f) in factor.iter_mut().enumerate().take(points) {
+                    let others = (0..points).filter(|&j| j != i);
+                    let product: f64 = others.map(|j| x[first + i] - x[first + j]).product();
+                    *f = 1.0 / product;
+                }
+                factor
+            })
+            .collect();
+        Self {
+            guide: (x.len() > 1).then(|| Guide::new(x)),
+            x: x.to_vec(),
+            points,
+            factors,
+        }
+    }
+
+    /// First of four nodes and their weights, which add up to 1; values beyond the ends are held there. Weights of nodes
+    /// that do not exist are 0.
+    #[inline(always)]
+    pub fn at(&self, at: f64) -> (usize, [f32; 4]) {
+        let Some(guide) = &self.guide else {
+            return (0, [1.0, 0.0, 0.0, 0.0]);
+        };
+        let at = at.clamp(self.x[0], self.x[self.x.len() - 1]);
+        // As many nodes on either side, as far as there are any.
+        let below = self.points / 2 - 1;
+        let first = guide
+            .interval(at)
+            .saturating_sub(below)
+            .min(self.x.len() - self.points);
+        let factor = &self.factors[first];
+        let mut away = [1.0; 4];
+        for (d, &x) in away.iter_mut().zip(&self.x[first..first + self.points]) {
+            *d = at - x;
+        }
+        let [a, b, c, d] = away;
+        let weights = match self.points {
+            4 => [b * c * d, a * c * d, a * b * d, a * b * c],
+            3 => [b * c, a * c, a * b, 0.0],
+            _ => [b, a, 0.0, 0.0],
+        };
+        let mut out = [0.0; 4];
+        for i in 0..4 {
+            out[i] = (weights[i] * factor[i]) as f32;
+        }
+        (first, out)
+    }
+}
+
 /// Linear interpolation of `y(x)`; constant beyond both ends.
 ///
 /// `x` strictly increasing, same length as `y`, at least one value.
@@ -82,6 +148,31 @@ mod tests {
         }
         for &at in &x {
             assert_eq!(guide.interval(at), interval(&x, at), "{at}");
+        }
+    }
+
+    /// Cubics come back exactly from uneven nodes, to the ends; fewer nodes give a parabola, a line, a constant.
+    #[test]
+    fn cubics_are_exact_for_cubics() {
+        let nodes = [-1.0, 0.0, 0.5, 2.0, 3.5, 4.0];
+        let value =
+            |x: f64, degree: usize| (0..=degree).map(|k| (x - 0.7).powi(k as i32)).sum::<f64>();
+        for points in 1..=nodes.len() {
+            let x = &nodes[..points];
+            let degree = points.min(4) - 1;
+            let cubic = Cubic::new(x);
+            for k in 0..=100 {
+                let at = x[0] + (x[points - 1] - x[0]) * f64::from(k) / 100.0;
+                let (first, weights) = cubic.at(at);
+                let got: f64 = (0..points.min(4))
+                    .map(|i| f64::from(weights[i]) * value(x[first + i], degree))
+                    .sum();
+                assert!(
+                    (got - value(at, degree)).abs() < 1e-4,
+                    "{points} nodes at {at}: {got}"
+                );
+            }
+            assert_eq!(cubic.at(99.0).1, cubic.at(x[points - 1]).1);
         }
     }
 

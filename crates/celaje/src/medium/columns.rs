@@ -9,6 +9,9 @@
 //! cubic. The piece between a point and the node above it is integrated, for within a shell `c_k` is linear in
 //! radius. That keeps the kinks of the profile out of the interpolation; `worst_error` in the tests states what is left.
 
+use std::sync::Arc;
+
+use multiversion::multiversion;
 use rayon::prelude::*;
 
 use super::layered::LayeredMedium;
@@ -25,12 +28,24 @@ const COSINES: usize = 160;
 /// The cross approximation stops when no coefficient is off by more than this share of the largest at its altitude.
 const TOLERANCE: f64 = 2e-6;
 
-/// Columns to the top of the air from every altitude and direction.
+/// Columns to the top of the air from every altitude and direction, and what they weigh at each wavelength.
 #[derive(Debug, Clone)]
 pub(crate) struct Columns {
+    lanes: usize,
     /// Number of columns, a multiple of [`BLOCK`].
     count: usize,
-    lanes: usize,
+    /// The columns themselves; media that were taken together share them.
+    of_all: Arc<Table>,
+    /// `s_k` at the wavelengths, shape (k, lanes).
+    spectra: Vec<f32>,
+    /// The same with shape (lanes, k).
+    by_lane: Vec<f32>,
+}
+
+/// Columns that need no wavelength.
+#[derive(Debug)]
+struct Table {
+    count: usize,
     radius_m: Vec<f64>,
     guide: Guide,
     /// `R_top² − r²` at each node \[m²\].
@@ -40,61 +55,61 @@ pub(crate) struct Columns {
     inverse_stretch: Vec<f64>,
     /// `c_k` at the nodes, shape (node, k).
     density: Vec<f32>,
-    /// `s_k` at the wavelengths, shape (k, lanes).
-    spectra: Vec<f32>,
-    /// The same with shape (lanes, k).
-    by_lane: Vec<f32>,
     /// `C_k` to the top, shape (node, COSINES, k), uniform in the distance to the top.
     table: Vec<f32>,
 }
 
 impl Columns {
     pub(crate) fn new(medium: &LayeredMedium) -> Self {
-        let (lanes, radius_m) = (medium.lanes(), medium.node_radii_m().to_vec());
-        let nodes = radius_m.len();
-        let top = radius_m[nodes - 1];
-        let (density, spectra, count) = cross_approximation(medium.extinction_rows(), lanes);
-        let to_top_squared: Vec<f64> = radius_m.iter().map(|r| (top - r) * (top + r)).collect();
-        let shortest_m: Vec<f64> = radius_m.iter().map(|r| top - r).collect();
-        let inverse_stretch = (0..nodes)
-            .map(|j| {
-                let stretch = to_top_squared[j].sqrt() - shortest_m[j];
-                if stretch > 0.0 {
-                    1.0 / stretch
-                } else {
-                    0.0
-                }
+        let (lanes, rows) = (medium.lanes(), medium.extinction_rows());
+        let (density, spectra, count) = cross_approximation(rows, lanes);
+        let of_all = Arc::new(Table::new(medium, density, count));
+        Self::over(of_all, &spectra, lanes, 0, lanes)
+    }
+
+    /// Columns of several media over the same nodes: one table for all, since each extinction is a short sum over the same
+    /// densities.
+    pub(crate) fn of_several(media: &[&LayeredMedium]) -> Vec<Self> {
+        let Some(first) = media.first() else {
+            return Vec::new();
+        };
+        let all: usize = media.iter().map(|m| m.lanes()).sum();
+        let rows: Vec<f32> = (0..first.node_radii_m().len())
+            .flat_map(|node| {
+                media.iter().flat_map(move |m| {
+                    let at = node * m.lanes();
+                    m.extinction_rows()[at..at + m.lanes()].iter().copied()
+                })
             })
             .collect();
-        let mut columns = Self {
-            count,
+        let (density, spectra, count) = cross_approximation(&rows, all);
+        let of_all = Arc::new(Table::new(first, density, count));
+        let mut from = 0;
+        media
+            .iter()
+            .map(|m| {
+                from += m.lanes();
+                Self::over(of_all.clone(), &spectra, all, from - m.lanes(), from)
+            })
+            .collect()
+    }
+
+    /// A medium's own view of columns: its part, `from` to `to`, of spectra with rows of `all` values.
+    fn over(of_all: Arc<Table>, spectra: &[f32], all: usize, from: usize, to: usize) -> Self {
+        let (count, lanes) = (of_all.count, to - from);
+        let spectra: Vec<f32> = spectra
+            .chunks_exact(all)
+            .flat_map(|row| row[from..to].iter().copied())
+            .collect();
+        Self {
             lanes,
-            guide: medium.guide().clone(),
-            radius_m,
-            to_top_squared,
-            shortest_m,
-            inverse_stretch,
-            density,
+            count,
+            of_all,
             by_lane: (0..lanes * count)
                 .map(|i| spectra[i % count * lanes + i / count])
                 .collect(),
             spectra,
-            table: Vec::new(),
-        };
-        let mut table = vec![0.0; nodes * COSINES * count];
-        table
-            .par_chunks_mut(COSINES * count)
-            .enumerate()
-            .for_each(|(node, rows)| {
-                for (m, row) in rows.chunks_exact_mut(count).enumerate() {
-                    let exact = columns.integrate_to_top(node, columns.cosine_of(node, m));
-                    for (v, c) in row.iter_mut().zip(exact) {
-                        *v = c as f32;
-                    }
-                }
-            });
-        columns.table = table;
-        columns
+        }
     }
 
     /// Number of columns of a lookup.
@@ -103,58 +118,27 @@ impl Columns {
         self.count
     }
 
-    /// Cosine of the zenith angle of a table entry: entry 0 looks up, the last one horizontally.
-    fn cosine_of(&self, node: usize, entry: usize) -> f64 {
-        let stretch = self.to_top_squared[node].sqrt() - self.shortest_m[node];
-        let d = self.shortest_m[node] + stretch * entry as f64 / (COSINES - 1) as f64;
-        if d == 0.0 {
-            return 1.0;
-        }
-        // d² + 2 r μ d = R_top² − r².
-        let r = self.radius_m[node];
-        ((self.to_top_squared[node] - d * d) / (2.0 * r * d)).clamp(0.0, 1.0)
-    }
-
-    /// Exact columns from a node upwards to the top: shell by shell, with density linear in radius.
-    fn integrate_to_top(&self, node: usize, mu: f64) -> Vec<f64> {
-        let mut sum = vec![0.0; self.count];
-        let r0 = self.radius_m[node];
-        let mut s = r0 * mu;
-        for j in node + 1..self.radius_m.len() {
-            let (below, above) = (self.radius_m[j - 1], self.radius_m[j]);
-            let s_next = (s * s + (above - below) * (above + below)).sqrt();
-            let mean = mean_fraction(s, s_next, below, above, below);
-            let rows =
-                self.density[(j - 1) * self.count..(j + 1) * self.count].split_at(self.count);
-            for (k, v) in sum.iter_mut().enumerate() {
-                let (a, b) = (f64::from(rows.0[k]), f64::from(rows.1[k]));
-                *v += (s_next - s) * (a + mean * (b - a));
-            }
-            s = s_next;
-        }
-        sum
-    }
-
     /// Columns from a point to the top along a direction that does not fall.
     ///
     /// * `r` — distance from the planet's centre \[m\]; `mu` — cosine of the zenith angle, ≥ 0
     #[inline(always)]
     pub(crate) fn to_top(&self, r: f64, mu: f64, out: &mut [f32]) {
+        let t = &*self.of_all;
         let out = &mut out[..self.count];
-        let j = self.guide.interval(r) + 1;
-        let (below, above) = (self.radius_m[j - 1], self.radius_m[j]);
+        let j = t.guide.interval(r) + 1;
+        let (below, above) = (t.radius_m[j - 1], t.radius_m[j]);
         let s = r * mu;
         let s_node = (s * s + ((above - r) * (above + r)).max(0.0)).sqrt();
         // The table at the node above, on the same straight line.
-        let d = (s_node * s_node + self.to_top_squared[j]).sqrt() - s_node;
-        let x = (d - self.shortest_m[j]) * self.inverse_stretch[j] * (COSINES - 1) as f64;
+        let d = (s_node * s_node + t.to_top_squared[j]).sqrt() - s_node;
+        let x = (d - t.shortest_m[j]) * t.inverse_stretch[j] * (COSINES - 1) as f64;
         let i = (x as usize).clamp(1, COSINES - 3) - 1;
         let w = cubic_weights(x - i as f64);
-        let rows = &self.table[(j * COSINES + i) * self.count..(j * COSINES + i + 4) * self.count];
+        let rows = &t.table[(j * COSINES + i) * self.count..(j * COSINES + i + 4) * self.count];
         // The rest of this shell, exactly.
         let mean = mean_fraction(s, s_node, below, above, r);
-        let a = &self.density[(j - 1) * self.count..j * self.count];
-        let b = &self.density[j * self.count..(j + 1) * self.count];
+        let a = &t.density[(j - 1) * self.count..j * self.count];
+        let b = &t.density[j * self.count..(j + 1) * self.count];
         let (length, mean) = ((s_node - s) as f32, mean as f32);
         for block in 0..self.count / BLOCK {
             for k in block * BLOCK..(block + 1) * BLOCK {
@@ -172,10 +156,11 @@ impl Columns {
     #[inline(always)]
     pub(crate) fn extinction_at(&self, r: f64, lane: usize) -> f64 {
         let n = self.count;
-        let i = self.guide.interval(r);
-        let f = ((r - self.radius_m[i]) / (self.radius_m[i + 1] - self.radius_m[i])).clamp(0.0, 1.0)
-            as f32;
-        let (a, b) = self.density[i * n..(i + 2) * n].split_at(n);
+        let t = &*self.of_all;
+        let i = t.guide.interval(r);
+        let (below, above) = (t.radius_m[i], t.radius_m[i + 1]);
+        let f = ((r - below) / (above - below)).clamp(0.0, 1.0) as f32;
+        let (a, b) = t.density[i * n..(i + 2) * n].split_at(n);
         let spectrum = &self.by_lane[lane * n..(lane + 1) * n];
         let terms = a.iter().zip(b).zip(spectrum);
         f64::from(terms.map(|((a, b), s)| (a + f * (b - a)) * s).sum::<f32>())
@@ -208,6 +193,102 @@ impl Columns {
             .zip(spectrum)
             .map(|(&c, &s)| f64::from(c * s))
             .sum()
+    }
+}
+
+/// Directions that are integrated at a time.
+const ABREAST: usize = 8;
+
+impl Table {
+    fn new(medium: &LayeredMedium, density: Vec<f32>, count: usize) -> Self {
+        let radius_m = medium.node_radii_m().to_vec();
+        let nodes = radius_m.len();
+        let top = radius_m[nodes - 1];
+        let to_top_squared: Vec<f64> = radius_m.iter().map(|r| (top - r) * (top + r)).collect();
+        let shortest_m: Vec<f64> = radius_m.iter().map(|r| top - r).collect();
+        let inverse_stretch = (0..nodes)
+            .map(|j| {
+                let stretch = to_top_squared[j].sqrt() - shortest_m[j];
+                if stretch > 0.0 {
+                    1.0 / stretch
+                } else {
+                    0.0
+                }
+            })
+            .collect();
+        let mut this = Self {
+            count,
+            guide: medium.guide().clone(),
+            radius_m,
+            to_top_squared,
+            shortest_m,
+            inverse_stretch,
+            density,
+            table: Vec::new(),
+        };
+        let mut table = vec![0.0; nodes * COSINES * count];
+        table
+            .par_chunks_mut(COSINES * count)
+            .enumerate()
+            .for_each(|(node, rows)| {
+                for (group, rows) in rows.chunks_mut(ABREAST * count).enumerate() {
+                    let mut cosines = [0.0; ABREAST];
+                    for (i, mu) in cosines.iter_mut().enumerate() {
+                        let entry = (group * ABREAST + i).min(COSINES - 1);
+                        *mu = this.cosine_of(node, entry);
+                    }
+                    integrate_to_top(&this, node, &cosines, rows);
+                }
+            });
+        this.table = table;
+        this
+    }
+
+    /// Cosine of the zenith angle of a table entry: entry 0 looks up, the last one horizontally.
+    fn cosine_of(&self, node: usize, entry: usize) -> f64 {
+        let stretch = self.to_top_squared[node].sqrt() - self.shortest_m[node];
+        let d = self.shortest_m[node] + stretch * entry as f64 / (COSINES - 1) as f64;
+        if d == 0.0 {
+            return 1.0;
+        }
+        // d² + 2 r μ d = R_top² − r².
+        let r = self.radius_m[node];
+        ((self.to_top_squared[node] - d * d) / (2.0 * r * d)).clamp(0.0, 1.0)
+    }
+}
+
+/// Exact columns from a node upwards to the top in several directions: shell by shell, with density linear in radius.
+///
+/// * `out` — shape (direction, k)
+#[multiversion(targets(
+    "x86_64+avx512f+avx512bw+avx512dq+avx512vl",
+    "x86_64+avx2+fma",
+    "aarch64+neon"
+))]
+fn integrate_to_top(table: &Table, node: usize, cosines: &[f64; ABREAST], out: &mut [f32]) {
+    let count = table.count;
+    let mut sums = vec![0.0f64; ABREAST * count];
+    let mut s = cosines.map(|mu| table.radius_m[node] * mu);
+    for j in node + 1..table.radius_m.len() {
+        let (below, above) = (table.radius_m[j - 1], table.radius_m[j]);
+        let rise = (above - below) * (above + below);
+        let (mut length, mut mean) = ([0.0; ABREAST], [0.0; ABREAST]);
+        for i in 0..ABREAST {
+            let s_next = (s[i] * s[i] + rise).sqrt();
+            mean[i] = mean_fraction(s[i], s_next, below, above, below);
+            length[i] = s_next - s[i];
+            s[i] = s_next;
+        }
+        let rows = table.density[(j - 1) * count..(j + 1) * count].split_at(count);
+        for (i, sum) in sums.chunks_exact_mut(count).enumerate() {
+            for ((v, &a), &b) in sum.iter_mut().zip(rows.0).zip(rows.1) {
+                let (a, b) = (f64::from(a), f64::from(b));
+                *v += length[i] * (a + mean[i] * (b - a));
+            }
+        }
+    }
+    for (o, &v) in out.iter_mut().zip(&sums) {
+        *o = v as f32;
     }
 }
 
@@ -349,7 +430,7 @@ impl<'a> RayColumns<'a> {
         columns.to_top(geometry.r0, geometry.mu0.abs(), start);
         if geometry.tangent_m > 0.0 {
             let (r, _) = geometry.at(geometry.tangent_m);
-            columns.to_top(r.max(columns.radius_m[0]), 0.0, tangent);
+            columns.to_top(r.max(columns.of_all.radius_m[0]), 0.0, tangent);
         }
         Self {
             columns,

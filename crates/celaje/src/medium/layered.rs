@@ -129,11 +129,20 @@ impl LayeredMedium {
     /// Vertical optical depth from a node-independent altitude to the top, exact for coefficients linear between
     /// nodes; at one wavelength.
     pub fn vertical_optical_depth(&self, lane: usize) -> f64 {
+        self.vertical_integral(&self.sigma_t, lane)
+    }
+
+    /// The share of scattering in [`LayeredMedium::vertical_optical_depth`].
+    pub(crate) fn vertical_scattering_depth(&self, lane: usize) -> f64 {
+        self.vertical_integral(&self.sigma_s, lane)
+    }
+
+    fn vertical_integral(&self, rows: &[f32], lane: usize) -> f64 {
         self.altitude_m
             .windows(2)
             .enumerate()
             .map(|(i, z)| {
-                let sigma = |node: usize| f64::from(self.sigma_t[node * self.lanes + lane]);
+                let sigma = |node: usize| f64::from(rows[node * self.lanes + lane]);
                 0.5 * (sigma(i) + sigma(i + 1)) * (z[1] - z[0])
             })
             .sum()
@@ -155,6 +164,12 @@ impl LayeredMedium {
         let i = self.guide.interval(r);
         let (below, above) = (self.radius_m[i], self.radius_m[i + 1]);
         (i, ((r - below) / (above - below)).clamp(0.0, 1.0) as f32)
+    }
+
+    /// One species' σ_s at a place found by [`LayeredMedium::locate_radius`] [m⁻¹], one row.
+    #[inline(always)]
+    pub(crate) fn species_at(&self, species: usize, place: (usize, f32), sigma_s: &mut [f32]) {
+        self.lerp_rows(&self.species[species], place, sigma_s);
     }
 
     /// The same air at some of its wavelengths, with a share `cut(species, i)` of each species' scattering at the i-th of

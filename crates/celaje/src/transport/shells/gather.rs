@@ -1,14 +1,14 @@
-//! From a solved field to pixels.
+//! From solved tables to pixels.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use multiversion::multiversion;
 use rayon::prelude::*;
 
-use super::field::Field;
-use super::harmonics;
+use super::along::{Along, Stand, Target};
 use super::march::March;
-use super::scaled::{cos_azimuth, Sunlit};
+use super::scaled::Sunlit;
+use super::skygrid::SkyGrid;
 use super::tables::Tables;
 use crate::error::{Error, Result};
 use crate::film::Film;
@@ -21,25 +21,23 @@ use crate::transport::scene::SunLight;
 /// Points across a pixel, each way, at which the sun's disc is looked for.
 const DISC_POINTS: usize = 6;
 
+/// Pixels above which it pays to compute the sky on a grid of directions first.
+const MANY_PIXELS: usize = 4000;
+
 /// Tables looked at under one sun.
 pub struct Gatherer<'a> {
-    tables: &'a Tables,
-    sun: &'a SunLight,
+    pub tables: &'a Tables,
+    pub sun: &'a SunLight,
     /// Orders that are seen: 0, 1, or all of the tables.
-    max_order: Option<u32>,
-    /// Cubic interpolation from the coarse wavelengths: first of four, and their weights.
-    stencil: Vec<(usize, [f32; 4])>,
+    pub max_order: Option<u32>,
 }
 
 impl<'a> Gatherer<'a> {
     pub fn new(tables: &'a Tables, sun: &'a SunLight, max_order: Option<u32>) -> Self {
-        let nm = tables.medium.wavelength_nm();
-        let few: Vec<f64> = tables.coarse.chosen.iter().map(|&i| nm[i]).collect();
         Self {
             tables,
             sun,
             max_order,
-            stencil: nm.iter().map(|&w| stencil(&few, w)).collect(),
         }
     }
 
@@ -57,6 +55,11 @@ impl<'a> Gatherer<'a> {
         let done = AtomicU64::new(0);
         let total = (width * height) as u64;
         let origin = Vec3::new(0.0, 0.0, observer.radius_m);
+        let grid = if width * height > MANY_PIXELS && self.max_order != Some(0) {
+            Some(SkyGrid::new(self, observer.radius_m, control.cancel)?)
+        } else {
+            None
+        };
         film.samples
             .par_iter_mut()
             .zip(film.radiance.par_chunks_mut(w))
@@ -70,7 +73,10 @@ impl<'a> Gatherer<'a> {
                     let (row, column) = (pixel / width, pixel % width);
                     if let Some(direction) = sensor.direction(column, row, 0.5, 0.5) {
                         let ray = Ray { origin, direction };
-                        gather_pixel(worker, &ray);
+                        match &grid {
+                            Some(grid) => look_up(worker, grid, direction),
+                            None => gather_pixel(worker, &ray),
+                        }
                         if observer.sun_disc {
                             worker.add_disc(&ray, |u, v| sensor.direction(column, row, u, v));
                         }
@@ -101,64 +107,31 @@ impl<'a> Gatherer<'a> {
     }
 }
 
-/// Four nodes about a wavelength and the weights of Lagrange's cubic; fewer where there are fewer nodes.
-fn stencil(few: &[f64], nm: f64) -> (usize, [f32; 4]) {
-    let points = few.len().min(4);
-    let below = few.partition_point(|&x| x <= nm);
-    let first = below.saturating_sub(points / 2).min(few.len() - points);
-    let mut weights = [0.0; 4];
-    for i in 0..points {
-        let xi = few[first + i];
-        weights[i] = (0..points)
-            .filter(|&j| j != i)
-            .map(|j| (nm - few[first + j]) / (xi - few[first + j]))
-            .product::<f64>() as f32;
-    }
-    (first, weights)
-}
-
 /// Memory of one thread.
-struct Worker<'a> {
+pub struct Worker<'a> {
     gatherer: &'a Gatherer<'a>,
-    fine_march: March,
-    coarse_march: March,
-    sunlit: Sunlit,
+    rays: RayWorker<'a>,
     radiance: Vec<f32>,
-    phase: Vec<f32>,
-    sigma_s: Vec<f32>,
+    phases: Vec<f32>,
+    /// What [`RayWorker::gather`] returns for one direction.
+    parts: Vec<f32>,
     source: Vec<f32>,
     beam: Vec<f32>,
-    multiple: Vec<f32>,
-    few_source: Vec<f32>,
-    coefficients: Vec<f32>,
-    harmonic: Vec<f32>,
 }
 
 impl<'a> Worker<'a> {
     fn new(gatherer: &'a Gatherer<'a>) -> Self {
-        let Tables {
-            fine,
-            coarse,
-            medium,
-            ..
-        } = gatherer.tables;
+        let medium = &gatherer.tables.medium;
         let n = medium.lanes();
-        let few = coarse.medium.lanes();
-        let degree = fine.degree;
+        let species = medium.phases().len();
         Self {
             gatherer,
-            fine_march: March::default(),
-            coarse_march: March::default(),
-            sunlit: Sunlit::new(&fine.columns, n, gatherer.sun.angular_radius_rad()),
+            rays: RayWorker::new(gatherer),
             radiance: vec![0.0; n],
-            phase: vec![0.0; n * medium.phases().len()],
-            sigma_s: vec![0.0; n],
+            phases: vec![0.0; n * species],
+            parts: vec![0.0; n * (species + 1)],
             source: vec![0.0; n],
             beam: vec![0.0; n],
-            multiple: vec![0.0; few],
-            few_source: vec![0.0; few],
-            coefficients: vec![0.0; (degree + 1) * few],
-            harmonic: vec![0.0; harmonics::count(degree)],
         }
     }
 }
@@ -173,153 +146,76 @@ fn gather_pixel<'a>(worker: &mut Worker<'a>, ray: &Ray) {
     worker.gather(ray);
 }
 
+/// Where the processor's vector width is chosen.
+#[multiversion(targets(
+    "x86_64+avx512f+avx512bw+avx512dq+avx512vl",
+    "x86_64+avx2+fma",
+    "aarch64+neon"
+))]
+fn look_up<'a>(worker: &mut Worker<'a>, grid: &SkyGrid, direction: Vec3) {
+    worker.look_up(grid, direction);
+}
+
+/// Where the processor's vector width is chosen.
+#[multiversion(targets(
+    "x86_64+avx512f+avx512bw+avx512dq+avx512vl",
+    "x86_64+avx2+fma",
+    "aarch64+neon"
+))]
+pub fn gather_row<'a>(
+    worker: &mut RayWorker<'a>,
+    ray: &Ray,
+    targets: &[Target],
+    parts: &mut [f32],
+) {
+    worker.gather(ray, targets, parts);
+}
+
 impl Worker<'_> {
-    /// The radiance along a ray, without the sun's disc.
+    /// The radiance along a ray, without the sun's disc: the line integrals themselves.
     #[inline(always)]
     fn gather(&mut self, ray: &Ray) {
-        self.radiance.fill(0.0);
         let g = self.gatherer;
-        let Tables {
-            fine,
-            medium,
-            levels,
-            ..
-        } = g.tables;
-        if g.max_order == Some(0) {
-            return;
-        }
-        // A ray from space starts where it meets the air.
-        let Some((span, _)) = ray.through_air(medium.ground_radius_m(), medium.top_radius_m())
-        else {
-            return;
+        let target = Target {
+            cos_sun: g.sun.direction.z,
+            cos_theta: ray.direction.dot(g.sun.direction),
         };
-        let inside = Ray {
-            origin: ray.at(span.start_m),
-            direction: ray.direction,
-        };
-        self.fine_march
-            .cut(&fine.medium, &fine.columns, levels, &inside);
-        self.add_single(&inside);
-        if let Some(field) = g.tables.field.as_ref().filter(|_| g.max_order != Some(1)) {
-            self.add_multiple(&inside, field);
-        }
+        self.rays.gather(ray, &[target], &mut self.parts);
+        self.combine(ray.direction);
     }
 
-    /// Sunlight scattered once, with the true phase functions, and reflected by the ground.
+    /// The same, interpolated on a grid.
     #[inline(always)]
-    fn add_single(&mut self, ray: &Ray) {
+    fn look_up(&mut self, grid: &SkyGrid, direction: Vec3) {
+        grid.interpolate(direction, &mut self.parts);
+        self.combine(direction);
+    }
+
+    /// The radiance from its parts: `Σ_k p_k(Θ) J_k`, and all that is smooth.
+    #[inline(always)]
+    fn combine(&mut self, direction: Vec3) {
         let g = self.gatherer;
-        let Tables { fine, medium, .. } = g.tables;
-        let n = medium.lanes();
-        let towards = g.sun.direction;
-        let cos_theta = ray.direction.dot(towards);
-        for (row, phase) in self.phase.chunks_exact_mut(n).zip(medium.phases()) {
+        let n = self.radiance.len();
+        let medium = &g.tables.medium;
+        let cos_theta = direction.dot(g.sun.direction);
+        for (row, phase) in self.phases.chunks_exact_mut(n).zip(medium.phases()) {
             phase.eval(cos_theta, row);
         }
-        for (k, step) in self.fine_march.steps.iter().enumerate() {
-            let at = ray.at(step.distance_m);
-            let mu_sun = at.dot(towards) / step.radius_m;
-            if !fine.sun_transmittance(&mut self.sunlit, step.radius_m, mu_sun, &mut self.beam) {
-                continue;
-            }
-            self.source.fill(0.0);
-            for (species, p) in self.phase.chunks_exact(n).enumerate() {
-                medium.species_scattering(species, at, &mut self.sigma_s);
-                for ((s, &sigma), &p) in self.source.iter_mut().zip(&self.sigma_s).zip(p) {
-                    *s += sigma * p;
-                }
-            }
-            let weights = &self.fine_march.weights[k * n..(k + 1) * n];
-            let lit = self.beam.iter().zip(&g.sun.irradiance);
-            for (((l, &s), &w), (&t, &e)) in self
-                .radiance
-                .iter_mut()
-                .zip(&self.source)
-                .zip(weights)
-                .zip(lit)
-            {
-                *l += s * w * t * e;
-            }
-        }
-        if self.fine_march.meets_ground {
-            let at = ray.at(self.fine_march.length_m);
-            let ground_m = medium.ground_radius_m();
-            let mu_sun = at.dot(towards) / at.length();
-            if mu_sun > -self.sunlit.radius_rad
-                && fine.sun_transmittance(&mut self.sunlit, ground_m, mu_sun, &mut self.beam)
-            {
-                let factor = (mu_sun.max(0.0) / std::f64::consts::PI) as f32;
-                for i in 0..n {
-                    self.radiance[i] += factor
-                        * self.beam[i]
-                        * g.sun.irradiance[i]
-                        * g.tables.albedo[i]
-                        * self.fine_march.through[i];
-                }
-            }
-        }
-    }
-
-    /// The solved source along the ray, at the coarse wavelengths, interpolated to all.
-    #[inline(always)]
-    fn add_multiple(&mut self, ray: &Ray, field: &Field) {
-        let g = self.gatherer;
-        let Tables { coarse, levels, .. } = g.tables;
-        let n = coarse.medium.lanes();
-        let towards = g.sun.direction;
-        let cos_theta = ray.direction.dot(towards);
-        self.coarse_march
-            .cut(&coarse.medium, &coarse.columns, levels, ray);
-        self.multiple.fill(0.0);
-        for (k, step) in self.coarse_march.steps.iter().enumerate() {
-            let mu_sun = ray.at(step.distance_m).dot(towards) / step.radius_m;
-            let degree = coarse.coefficients_at(step.radius_m, &mut self.coefficients);
-            let cos_phi = cos_azimuth(step.mu, mu_sun, cos_theta);
-            g.tables
-                .harmonics
-                .evaluate(degree, step.mu, cos_phi, &mut self.harmonic);
-            let corners = field.corners(step.radius_m, mu_sun);
-            self.few_source.fill(0.0);
-            field.add_source(
-                &corners,
-                degree,
-                &self.coefficients,
-                &self.harmonic,
-                &mut self.few_source,
-            );
-            let weights = &self.coarse_march.weights[k * n..(k + 1) * n];
-            for ((l, &s), &w) in self.multiple.iter_mut().zip(&self.few_source).zip(weights) {
-                *l += s * w;
-            }
-        }
-        if self.coarse_march.meets_ground {
-            let at = ray.at(self.coarse_march.length_m);
-            self.few_source.fill(0.0);
-            field.add_flux(at.dot(towards) / at.length(), &mut self.few_source);
-            for i in 0..n {
-                self.multiple[i] +=
-                    self.few_source[i] * g.tables.few_albedo[i] * self.coarse_march.through[i]
-                        / std::f32::consts::PI;
-            }
-        }
-        // What is smooth in wavelength is the share of the sunlight, not the light.
-        for ((l, &(first, w)), &e) in self
-            .radiance
-            .iter_mut()
-            .zip(&g.stencil)
-            .zip(&g.sun.irradiance)
-        {
-            let last = self.multiple.len() - 1;
-            let m = |i: usize| self.multiple[(first + i).min(last)];
-            let share = w[0] * m(0) + w[1] * m(1) + w[2] * m(2) + w[3] * m(3);
-            *l += share.max(0.0) * e;
-        }
+        combine(
+            &self.phases,
+            &self.parts,
+            &g.sun.irradiance,
+            &mut self.radiance,
+        );
     }
 
     /// The sun's disc behind the true air, by its share of the pixel.
     fn add_disc(&mut self, ray: &Ray, look: impl Fn(f64, f64) -> Option<Vec3>) {
         let g = self.gatherer;
         let sun = g.sun;
+        if !self.near_the_disc(ray.direction, &look) {
+            return;
+        }
         let points = (0..DISC_POINTS * DISC_POINTS).filter_map(|i| {
             let place = |k: usize| (k as f64 + 0.5) / DISC_POINTS as f64;
             look(place(i % DISC_POINTS), place(i / DISC_POINTS))
@@ -370,6 +266,198 @@ impl Worker<'_> {
                 .zip(&sun.irradiance)
             {
                 *l += b * e * scale;
+            }
+        }
+    }
+
+    /// Whether a pixel may hold part of the sun's disc.
+    fn near_the_disc(&self, middle: Vec3, look: &impl Fn(f64, f64) -> Option<Vec3>) -> bool {
+        let corners = [(0.0, 0.0), (0.0, 1.0), (1.0, 0.0), (1.0, 1.0)];
+        let apart = |a: Vec3, b: Vec3| (a - b).dot(a - b).sqrt();
+        let reach = corners.map(|(u, v)| look(u, v).map_or(0.1, |c| apart(c, middle)));
+        let reach = reach.into_iter().fold(0.0, f64::max);
+        let sun = self.gatherer.sun;
+        apart(sun.direction, middle) < 1.5 * reach + 1.1 * sun.angular_radius_rad()
+    }
+}
+
+/// `out = E (Σ_k p_k J_k + M)`; `parts` holds `J_k` for every species and `M` last.
+#[inline(always)]
+pub fn combine(phases: &[f32], parts: &[f32], irradiance: &[f32], out: &mut [f32]) {
+    let n = out.len();
+    let (single, rest) = parts.split_at(phases.len());
+    out.copy_from_slice(&rest[..n]);
+    for (p, j) in phases.chunks_exact(n).zip(single.chunks_exact(n)) {
+        for ((o, &p), &j) in out.iter_mut().zip(p).zip(j) {
+            *o += p * j;
+        }
+    }
+    for (o, &e) in out.iter_mut().zip(irradiance) {
+        *o = o.max(0.0) * e;
+    }
+}
+
+/// Line integrals along rays, without phase functions: memory of one thread.
+pub struct RayWorker<'a> {
+    gatherer: &'a Gatherer<'a>,
+    march: March,
+    along: Along,
+    sunlit: Sunlit,
+    /// Each species' scattering at a point times the weight of the step, shape (species, lanes).
+    scattering: Vec<f32>,
+    present: Vec<bool>,
+    beam: Vec<f32>,
+    /// Multiple scattering, good at few wavelengths and rough at all, shape (target, lanes).
+    few: Vec<f32>,
+    rough: Vec<f32>,
+}
+
+impl<'a> RayWorker<'a> {
+    pub fn new(gatherer: &'a Gatherer<'a>) -> Self {
+        let Tables { fine, medium, .. } = gatherer.tables;
+        let n = medium.lanes();
+        let species = medium.phases().len();
+        Self {
+            gatherer,
+            march: March::default(),
+            along: Along::default(),
+            sunlit: Sunlit::new(&fine.columns, n, gatherer.sun.angular_radius_rad()),
+            scattering: vec![0.0; n * species],
+            present: vec![false; species],
+            beam: vec![0.0; n],
+            few: Vec::new(),
+            rough: Vec::new(),
+        }
+    }
+
+    /// For one ray under suns in several azimuths: each species' `J_k = ∫ σ_k T T_sun ds`, which becomes single scattering
+    /// when multiplied by its phase function, and last everything else: light reflected by the ground, and multiple
+    /// scattering. All for a sun of unit irradiance.
+    ///
+    /// * `parts` — shape (target, species + 1, lanes)
+    #[inline(always)]
+    pub fn gather(&mut self, ray: &Ray, targets: &[Target], parts: &mut [f32]) {
+        parts.fill(0.0);
+        let g = self.gatherer;
+        let Tables {
+            fine,
+            few,
+            rough,
+            medium,
+            levels,
+            ..
+        } = g.tables;
+        if g.max_order == Some(0) {
+            return;
+        }
+        // A ray from space starts where it meets the air.
+        let Some((span, _)) = ray.through_air(medium.ground_radius_m(), medium.top_radius_m())
+        else {
+            return;
+        };
+        let inside = Ray {
+            origin: ray.at(span.start_m),
+            direction: ray.direction,
+        };
+        let stand = Stand {
+            radius_m: ray.origin.length(),
+            offset_m: span.start_m,
+        };
+        self.march.cut(&fine.medium, &fine.columns, levels, &inside);
+        self.add_single(stand, targets, parts);
+        let Some(fields) = g.tables.fields.as_ref().filter(|_| g.max_order != Some(1)) else {
+            return;
+        };
+        let n = medium.lanes();
+        self.march.cut(&few.medium, &few.columns, levels, &inside);
+        self.few.clear();
+        self.few.resize(targets.len() * few.medium.lanes(), 0.0);
+        self.along.add_scattered(
+            (&fields.few, few, &g.tables.harmonics),
+            &g.tables.few_albedo,
+            &self.march,
+            stand,
+            targets,
+            &mut self.few,
+        );
+        self.march
+            .cut(&rough.medium, &rough.columns, levels, &inside);
+        self.rough.clear();
+        self.rough.resize(targets.len() * n, 0.0);
+        self.along.add_scattered(
+            (&fields.rough, rough, &g.tables.rough_harmonics),
+            &g.tables.albedo,
+            &self.march,
+            stand,
+            targets,
+            &mut self.rough,
+        );
+        let stride = parts.len() / targets.len();
+        let both = self
+            .few
+            .chunks_exact(few.medium.lanes())
+            .zip(self.rough.chunks_exact(n));
+        for (parts, (few, rough)) in parts.chunks_exact_mut(stride).zip(both) {
+            g.tables
+                .spread
+                .add(few, rough, &mut self.beam, &mut parts[stride - n..]);
+        }
+    }
+
+    /// Sunlight scattered once, by species, and reflected by the ground.
+    #[inline(always)]
+    fn add_single(&mut self, stand: Stand, targets: &[Target], parts: &mut [f32]) {
+        let Tables {
+            fine,
+            medium,
+            albedo,
+            ..
+        } = self.gatherer.tables;
+        let n = medium.lanes();
+        let stride = parts.len() / targets.len();
+        let march = &self.march;
+        for (step, weights) in march.steps.iter().zip(march.weights.chunks_exact(n)) {
+            let place = medium.locate_radius(step.radius_m);
+            for (k, row) in self.scattering.chunks_exact_mut(n).enumerate() {
+                medium.species_at(k, place, row);
+                for (s, &w) in row.iter_mut().zip(weights) {
+                    *s *= w;
+                }
+                self.present[k] = row.iter().any(|&s| s > 0.0);
+            }
+            for (target, parts) in targets.iter().zip(parts.chunks_exact_mut(stride)) {
+                let mu_sun = stand.mu_sun(target, step.distance_m, step.radius_m);
+                let beam = &mut self.beam;
+                if !fine.sun_transmittance(&mut self.sunlit, step.radius_m, mu_sun, beam) {
+                    continue;
+                }
+                let species = self.scattering.chunks_exact(n).zip(&self.present);
+                for (part, (sigma, &present)) in parts.chunks_exact_mut(n).zip(species) {
+                    if present {
+                        for ((p, &s), &t) in part.iter_mut().zip(sigma).zip(beam.iter()) {
+                            *p += s * t;
+                        }
+                    }
+                }
+            }
+        }
+        if !march.meets_ground {
+            return;
+        }
+        let ground_m = medium.ground_radius_m();
+        for (target, parts) in targets.iter().zip(parts.chunks_exact_mut(stride)) {
+            let mu_sun = stand.mu_sun(target, march.length_m, ground_m);
+            let beam = &mut self.beam;
+            if mu_sun <= -self.sunlit.radius_rad
+                || !fine.sun_transmittance(&mut self.sunlit, ground_m, mu_sun, beam)
+            {
+                continue;
+            }
+            let factor = (mu_sun.max(0.0) / std::f64::consts::PI) as f32;
+            let ground = albedo.iter().zip(&march.through);
+            let rest = &mut parts[stride - n..];
+            for ((o, &b), (&a, &t)) in rest.iter_mut().zip(beam.iter()).zip(ground) {
+                *o += factor * b * a * t;
             }
         }
     }

@@ -53,29 +53,37 @@ impl Harmonics {
         }
     }
 
-    /// `Ŷ_lm` for all l ≤ `degree` (at most the one of `new`), in the order of [`index`].
+    /// `Ŷ_lm` without its factor `cos mφ`, for all l ≤ `degree` (at most the one of `new`), in the order of [`index`].
     ///
-    /// * `mu` — cosine of the zenith angle; `cos_phi` — cosine of the azimuth from the sun's
+    /// * `mu` — cosine of the zenith angle
     #[inline(always)]
-    pub fn evaluate(&self, degree: usize, mu: f64, cos_phi: f64, out: &mut [f32]) {
+    pub fn polar(&self, degree: usize, mu: f64, out: &mut [f32]) {
         let degree = degree.min(self.degree);
         let sin = (1.0 - mu * mu).max(0.0).sqrt();
-        // cos mφ by Chebyshev's recurrence; the Legendre functions by the stable recurrence in l at fixed m.
-        let (mut cos_m, mut cos_before) = (1.0, cos_phi);
+        // The stable recurrence of the Legendre functions, in l at fixed m.
         let mut start = 1.0;
         for m in 0..=degree {
             if m > 0 {
-                (cos_before, cos_m) = (cos_m, 2.0 * cos_phi * cos_m - cos_before);
                 start *= sin * self.diagonal[m];
             }
             let (mut before, mut now) = (0.0, start);
-            out[index(m, m)] = (now * cos_m) as f32;
+            out[index(m, m)] = now as f32;
             for l in m + 1..=degree {
                 let k = index(l, m);
                 (before, now) = (now, self.up[k] * mu * now - self.back[k] * before);
-                out[k] = (now * cos_m) as f32;
+                out[k] = now as f32;
             }
         }
+    }
+}
+
+/// `cos mφ` for m below the length of `out`, at least 1, by Chebyshev's recurrence.
+#[inline(always)]
+pub fn cosines(cos_phi: f32, out: &mut [f32]) {
+    let (mut before, mut now) = (cos_phi, 1.0);
+    for c in out {
+        *c = now;
+        (before, now) = (now, 2.0 * cos_phi * now - before);
     }
 }
 
@@ -124,18 +132,22 @@ mod tests {
 
     const MAX_DEGREE: usize = 12;
 
-    /// The addition theorem holds for directions on the symmetry plane's side of each other, with φ' = 0.
+    /// The addition theorem holds, with φ' = 0.
     #[test]
     fn addition_theorem() {
         let (mu, phi, mu_sun): (f64, f64, f64) = (0.3, 1.1, -0.6);
         let (mut a, mut b) = ([0.0; count(MAX_DEGREE)], [0.0; count(MAX_DEGREE)]);
         let harmonics = Harmonics::new(MAX_DEGREE);
-        harmonics.evaluate(MAX_DEGREE, mu, phi.cos(), &mut a);
-        harmonics.evaluate(MAX_DEGREE, mu_sun, 1.0, &mut b);
+        harmonics.polar(MAX_DEGREE, mu, &mut a);
+        harmonics.polar(MAX_DEGREE, mu_sun, &mut b);
+        let mut turn = [0.0; MAX_DEGREE + 1];
+        cosines(phi.cos() as f32, &mut turn);
         let x = mu * mu_sun + ((1.0 - mu * mu) * (1.0 - mu_sun * mu_sun)).sqrt() * phi.cos();
         let (mut p0, mut p1) = (1.0, x);
         for l in 1..=MAX_DEGREE {
-            let sum: f32 = (0..=l).map(|m| a[index(l, m)] * b[index(l, m)]).sum();
+            let sum: f32 = (0..=l)
+                .map(|m| a[index(l, m)] * b[index(l, m)] * turn[m])
+                .sum();
             assert!(
                 (f64::from(sum) - p1).abs() < 1e-5,
                 "degree {l}: {sum} against {p1}"

@@ -9,13 +9,16 @@
 //!
 //! One set of tables (`tables.rs`) serves every view and altitude, and every sun in its range of zenith angles.
 
+mod along;
 mod field;
 mod gather;
 mod harmonics;
 mod march;
 mod scaled;
+mod skygrid;
 mod solve;
 mod tables;
+mod wavelengths;
 
 pub use self::field::Solution;
 pub use self::tables::{Tables, TablesOptions};
@@ -48,9 +51,29 @@ pub(crate) struct Resolution {
     /// The same for the rays of the picture.
     pub view_level_m: f64,
     pub view_level_growth: f64,
-    /// Relative change of the mean radiance below which the orders are converged.
+    /// Azimuths on one side of the sun's plane, and the error of cubics at the last but one halving of elevations, for
+    /// pictures of many pixels.
+    pub view_azimuths: usize,
+    pub view_tolerance: f32,
+    /// Share of the mean radiance that may be left to the series that stands for the last orders.
     pub converged: f32,
     pub max_orders: u32,
+}
+
+impl Resolution {
+    /// The resolution of the coarse solution at all wavelengths, which only has to know how wavelengths differ.
+    fn rough(&self) -> Self {
+        Self {
+            degree: 2,
+            wavelengths: usize::MAX,
+            altitudes: 14,
+            directions: (2, 5),
+            azimuths: 4,
+            level_m: 1500.0,
+            level_growth: 0.4,
+            ..self.clone()
+        }
+    }
 }
 
 /// How accurate the answer should be.
@@ -72,42 +95,48 @@ impl Accuracy {
                 degree: 4,
                 wavelengths: 16,
                 altitudes: 18,
-                sun_step_deg: 1.0,
+                sun_step_deg: 2.0,
                 directions: (3, 7),
                 azimuths: 6,
                 level_m: 600.0,
                 level_growth: 0.2,
                 view_level_m: 300.0,
                 view_level_growth: 0.12,
-                converged: 5e-3,
+                view_azimuths: 24,
+                view_tolerance: 1e-2,
+                converged: 3e-2,
                 max_orders: 12,
             },
             Self::Default => Resolution {
                 degree: 6,
-                wavelengths: 32,
+                wavelengths: 16,
                 altitudes: 26,
-                sun_step_deg: 0.75,
+                sun_step_deg: 1.5,
                 directions: (4, 9),
                 azimuths: 8,
                 level_m: 700.0,
                 level_growth: 0.25,
                 view_level_m: 250.0,
-                view_level_growth: 0.12,
-                converged: 1e-3,
+                view_level_growth: 0.08,
+                view_azimuths: 36,
+                view_tolerance: 3e-3,
+                converged: 1e-2,
                 max_orders: 30,
             },
             Self::High => Resolution {
-                degree: 12,
-                wavelengths: 96,
+                degree: 10,
+                wavelengths: 32,
                 altitudes: 40,
-                sun_step_deg: 0.5,
-                directions: (8, 18),
-                azimuths: 14,
-                level_m: 200.0,
-                level_growth: 0.08,
+                sun_step_deg: 1.0,
+                directions: (6, 14),
+                azimuths: 12,
+                level_m: 400.0,
+                level_growth: 0.15,
                 view_level_m: 100.0,
                 view_level_growth: 0.04,
-                converged: 2e-4,
+                view_azimuths: 72,
+                view_tolerance: 1e-3,
+                converged: 2e-3,
                 max_orders: 60,
             },
         }

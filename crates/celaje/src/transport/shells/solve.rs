@@ -5,10 +5,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use multiversion::multiversion;
 use rayon::prelude::*;
 
+use super::along::{Along, Stand, Target};
 use super::field::{Field, Solution};
 use super::harmonics::{self, gauss_legendre, legendre, Harmonics};
 use super::march::{Levels, March};
-use super::scaled::{cos_azimuth, Scaled, Sunlit};
+use super::scaled::{Scaled, Sunlit};
 use super::Resolution;
 use crate::error::{Error, Result};
 use crate::math::{lanes, Vec3};
@@ -63,19 +64,23 @@ pub fn solve(
         Ok(Field::new(solution))
     };
     let first = sweep(Source::Sun)?;
-    let mut total = first.clone();
+    let mut total = first.solution().clone();
+    let mut order = first;
     let most = problem.orders.unwrap_or(resolution.max_orders);
     for _ in 1..most {
-        let mut next = sweep(Source::Field(&total))?.into_solution();
-        add(&mut next.moments, &first.solution().moments);
-        add(&mut next.flux, &first.solution().flux);
-        let change = largest_change(total.solution(), &next);
-        total = Field::new(next);
-        if problem.orders.is_none() && change < resolution.converged {
-            break;
+        let next = sweep(Source::Field(&order))?;
+        add(&mut total.moments, &next.solution().moments);
+        add(&mut total.flux, &next.solution().flux);
+        if problem.orders.is_none() {
+            let tail = Tail::new(order.solution(), next.solution());
+            if tail.largest(next.solution(), &total) < resolution.converged {
+                tail.add(next.solution(), &mut total);
+                break;
+            }
         }
+        order = next;
     }
-    Ok(total)
+    Ok(Field::new(total))
 }
 
 /// Where the light of a sweep comes from.
@@ -92,23 +97,87 @@ fn add(to: &mut [f32], from: &[f32]) {
     }
 }
 
-/// Largest relative change of the mean radiance at any node that is not dark.
-fn largest_change(before: &Solution, after: &Solution) -> f32 {
-    let n = after.lanes();
-    let row = harmonics::count(after.degree) * n;
-    let rows = before
-        .moments
-        .chunks_exact(row)
-        .zip(after.moments.chunks_exact(row));
-    rows.map(|(b, a)| {
-        let (b, a) = (lanes::sum(&b[..n]), lanes::sum(&a[..n]));
-        if a > 0.0 {
-            (a - b).abs() / a
-        } else {
-            0.0
+/// The orders not computed: each node and wavelength goes on falling in the ratio of its last two orders, so the rest is a
+/// geometric series.
+struct Tail {
+    /// The rest over the last order, shape (a, s, lanes).
+    moments: Vec<f32>,
+    /// The same for the flux, shape (s, lanes).
+    flux: Vec<f32>,
+}
+
+impl Tail {
+    /// Ratios at or above this are those of dark nodes that light has only begun to reach.
+    const LARGEST_RATIO: f32 = 0.98;
+
+    fn new(before: &Solution, last: &Solution) -> Self {
+        let n = last.lanes();
+        let row = harmonics::count(last.degree) * n;
+        let sum = |before: f32, last: f32| {
+            let ratio = if before > 0.0 { last / before } else { 0.0 };
+            let ratio = ratio.clamp(0.0, Self::LARGEST_RATIO);
+            ratio / (1.0 - ratio)
+        };
+        let means = before
+            .moments
+            .chunks_exact(row)
+            .zip(last.moments.chunks_exact(row));
+        Self {
+            moments: means
+                .flat_map(|(b, l)| b[..n].iter().zip(&l[..n]).map(|(&b, &l)| sum(b, l)))
+                .collect(),
+            flux: before
+                .flux
+                .iter()
+                .zip(&last.flux)
+                .map(|(&b, &l)| sum(b, l))
+                .collect(),
         }
-    })
-    .fold(0.0, f32::max)
+    }
+
+    /// Largest share of the rest in the mean radiance at any node that is not dark.
+    fn largest(&self, last: &Solution, total: &Solution) -> f32 {
+        /// Share of the brightest node below which one is dark.
+        const DARK: f32 = 1e-9;
+        let n = last.lanes();
+        let row = harmonics::count(last.degree) * n;
+        let bright = total.moments.chunks_exact(row).map(|t| lanes::sum(&t[..n]));
+        let least = DARK * bright.fold(0.0, f32::max);
+        let nodes = last
+            .moments
+            .chunks_exact(row)
+            .zip(total.moments.chunks_exact(row));
+        nodes
+            .zip(self.moments.chunks_exact(n))
+            .map(|((l, t), tail)| {
+                let all = lanes::sum(&t[..n]);
+                if all > least {
+                    lanes::dot(&l[..n], tail) / all
+                } else {
+                    0.0
+                }
+            })
+            .fold(0.0, f32::max)
+    }
+
+    fn add(&self, last: &Solution, total: &mut Solution) {
+        let n = last.lanes();
+        let row = harmonics::count(last.degree) * n;
+        let nodes = total
+            .moments
+            .chunks_exact_mut(row)
+            .zip(last.moments.chunks_exact(row));
+        for ((total, last), tail) in nodes.zip(self.moments.chunks_exact(n)) {
+            for (total, last) in total.chunks_exact_mut(n).zip(last.chunks_exact(n)) {
+                for ((t, &l), &f) in total.iter_mut().zip(last).zip(tail) {
+                    *t += l * f;
+                }
+            }
+        }
+        for ((t, &l), &f) in total.flux.iter_mut().zip(&last.flux).zip(&self.flux) {
+            *t += l * f;
+        }
+    }
 }
 
 /// Heights, sun angles and directions.
@@ -186,17 +255,19 @@ fn sun_angles((from, to): (f64, f64), step_deg: f64) -> Vec<f64> {
     let mut z = 0.0;
     while z < 180.0 - 1e-9 {
         let step = match z {
-            z if z < 70.0 => 6.0 * step_deg,
-            z if z < 82.0 => 3.0 * step_deg,
-            z if z < 110.0 => step_deg,
+            z if z < 60.0 => 6.0 * step_deg,
+            z if z < 75.0 => 3.0 * step_deg,
+            z if z < 83.0 => 2.0 * step_deg,
+            z if z < 108.0 => step_deg,
+            z if z < 118.0 => 2.0 * step_deg,
             _ => 6.0 * step_deg,
         };
         z = f64::min(z + step, 180.0);
         all.push(z);
     }
-    let first = all.partition_point(|&z| z <= from).saturating_sub(1);
-    let last = all.partition_point(|&z| z < to).min(all.len() - 1);
-    let first = first.min(last - 1);
+    // One more on either side, for cubics.
+    let first = all.partition_point(|&z| z <= from).saturating_sub(2);
+    let last = (all.partition_point(|&z| z < to) + 1).min(all.len() - 1);
     all[first..=last].to_vec()
 }
 
@@ -206,33 +277,50 @@ struct Worker<'a> {
     problem: &'a Problem<'a>,
     grid: &'a Grid,
     march: March,
+    along: Along,
     sunlit: Sunlit,
+    targets: Vec<Target>,
     /// Diffuse irradiance of the ground, filled at the lowest altitude, shape (s, lanes).
     flux: Vec<f32>,
+    /// Radiance of the targets, shape (s, azimuth, lanes).
     radiance: Vec<f32>,
-    source: Vec<f32>,
     coefficients: Vec<f32>,
     beam: Vec<f32>,
-    harmonic: Vec<f32>,
+    /// `Ŷ_lm` of the ray without `cos mφ`.
+    polar: Vec<f32>,
+    /// `cos mφ` of the azimuths, shape (azimuth, degree + 1).
+    cosines: Vec<f32>,
+    /// `P_l(cos Θ)` of the targets, shape (s, azimuth, degree + 1).
     polynomial: Vec<f32>,
+    /// The radiance's sum over azimuths for one order m.
+    by_order: Vec<f32>,
 }
 
 impl<'a> Worker<'a> {
     fn new(scaled: &'a Scaled, problem: &'a Problem<'a>, grid: &'a Grid) -> Self {
         let n = scaled.medium.lanes();
+        let terms = scaled.degree + 1;
+        let targets = grid.sun_zenith.len() * grid.cos_phi.len();
+        let mut cosines = vec![0.0; grid.cos_phi.len() * terms];
+        for (row, &c) in cosines.chunks_exact_mut(terms).zip(&grid.cos_phi) {
+            harmonics::cosines(c as f32, row);
+        }
         Self {
             scaled,
             problem,
             grid,
             march: March::default(),
+            along: Along::default(),
             sunlit: Sunlit::new(&scaled.columns, n, problem.sun_radius_rad),
+            targets: Vec::with_capacity(targets),
             flux: vec![0.0; grid.sun_zenith.len() * n],
-            radiance: vec![0.0; n],
-            source: vec![0.0; n],
-            coefficients: vec![0.0; (scaled.degree + 1) * n],
+            radiance: vec![0.0; targets * n],
+            coefficients: vec![0.0; terms * n],
             beam: vec![0.0; n],
-            harmonic: vec![0.0; harmonics::count(scaled.degree)],
-            polynomial: vec![0.0; scaled.degree + 1],
+            polar: vec![0.0; harmonics::count(scaled.degree)],
+            cosines,
+            polynomial: vec![0.0; targets * terms],
+            by_order: vec![0.0; n],
         }
     }
 }
@@ -256,50 +344,87 @@ impl Worker<'_> {
     /// Moments of the radiance at one height, for all sun angles.
     #[inline(always)]
     fn sweep(&mut self, source: &Source<'_>, a: usize, moments: &mut [f32]) {
-        let n = self.scaled.medium.lanes();
-        let rows = harmonics::count(self.scaled.degree) * n;
         let radius_m = self.grid.radius_m[a];
         for (mu, mu_weight) in self.grid.zenith_quadrature(radius_m) {
-            let across = (1.0 - mu * mu).sqrt();
+            let across = (1.0 - mu * mu).max(0.0).sqrt();
             let ray = Ray {
                 origin: Vec3::new(0.0, 0.0, radius_m),
                 direction: Vec3::new(across, 0.0, mu),
             };
             let (medium, columns) = (&self.scaled.medium, &self.scaled.columns);
             self.march.cut(medium, columns, &self.grid.levels, &ray);
-            for (s, &zenith) in self.grid.sun_zenith.iter().enumerate() {
+            self.targets.clear();
+            for &zenith in &self.grid.sun_zenith {
                 let (sin_sun, cos_sun) = zenith.sin_cos();
-                for j in 0..self.grid.cos_phi.len() {
-                    let cos_phi = self.grid.cos_phi[j];
-                    let cos_theta = mu * cos_sun + across * sin_sun * cos_phi;
-                    self.radiance.fill(0.0);
-                    match source {
-                        Source::Sun => self.add_first_order(radius_m, cos_sun, cos_theta),
-                        Source::Field(field) => {
-                            self.add_next_order(field, radius_m, cos_sun, cos_theta);
-                        }
+                self.targets
+                    .extend(self.grid.cos_phi.iter().map(|cos_phi| Target {
+                        cos_sun,
+                        cos_theta: mu * cos_sun + across * sin_sun * cos_phi,
+                    }));
+            }
+            self.radiance.fill(0.0);
+            let stand = Stand {
+                radius_m,
+                offset_m: 0.0,
+            };
+            match source {
+                Source::Sun => self.add_first_order(stand),
+                Source::Field(field) => self.along.add_scattered(
+                    (field, self.scaled, &self.grid.harmonics),
+                    self.problem.albedo,
+                    &self.march,
+                    stand,
+                    &self.targets,
+                    &mut self.radiance,
+                ),
+            }
+            let weight = mu_weight * self.grid.phi_weight;
+            self.add_moments(mu, weight as f32, moments);
+            if a == 0 && mu > 0.0 {
+                self.add_flux((weight * mu) as f32);
+            }
+        }
+    }
+
+    /// Adds one zenith angle's share of the moments.
+    #[inline(always)]
+    fn add_moments(&mut self, mu: f64, weight: f32, moments: &mut [f32]) {
+        let n = self.scaled.medium.lanes();
+        let degree = self.scaled.degree;
+        let azimuths = self.grid.cos_phi.len();
+        let rows = harmonics::count(degree) * n;
+        self.grid.harmonics.polar(degree, mu, &mut self.polar);
+        let suns = moments.chunks_exact_mut(rows);
+        for (node, radiance) in suns.zip(self.radiance.chunks_exact(azimuths * n)) {
+            for m in 0..=degree {
+                self.by_order.fill(0.0);
+                for (j, l) in radiance.chunks_exact(n).enumerate() {
+                    let c = weight * self.cosines[j * (degree + 1) + m];
+                    for (b, &l) in self.by_order.iter_mut().zip(l) {
+                        *b += c * l;
                     }
-                    let weight = (mu_weight * self.grid.phi_weight) as f32;
-                    self.grid.harmonics.evaluate(
-                        self.scaled.degree,
-                        mu,
-                        cos_phi,
-                        &mut self.harmonic,
-                    );
-                    let node = &mut moments[s * rows..(s + 1) * rows];
-                    for (row, &y) in node.chunks_exact_mut(n).zip(&self.harmonic) {
-                        let w = weight * y;
-                        for (m, &l) in row.iter_mut().zip(&self.radiance) {
-                            *m += w * l;
-                        }
+                }
+                for l in m..=degree {
+                    let k = harmonics::index(l, m);
+                    let y = self.polar[k];
+                    for (o, &b) in node[k * n..(k + 1) * n].iter_mut().zip(&self.by_order) {
+                        *o += y * b;
                     }
-                    if a == 0 && mu > 0.0 {
-                        let w = weight * mu as f32;
-                        let row = &mut self.flux[s * n..(s + 1) * n];
-                        for (f, &l) in row.iter_mut().zip(&self.radiance) {
-                            *f += w * l;
-                        }
-                    }
+                }
+            }
+        }
+    }
+
+    /// Adds one zenith angle's share of the ground's irradiance.
+    #[inline(always)]
+    fn add_flux(&mut self, weight: f32) {
+        let n = self.scaled.medium.lanes();
+        let azimuths = self.grid.cos_phi.len();
+        let suns = self.flux.chunks_exact_mut(n);
+        for (flux, radiance) in suns.zip(self.radiance.chunks_exact(azimuths * n)) {
+            for l in radiance.chunks_exact(n) {
+                for (f, &l) in flux.iter_mut().zip(l) {
+                    *f += weight * l;
                 }
             }
         }
@@ -307,97 +432,67 @@ impl Worker<'_> {
 
     /// Sunlight scattered once, and reflected by the ground, along the ray cut last.
     #[inline(always)]
-    fn add_first_order(&mut self, radius_m: f64, cos_sun: f64, cos_theta: f64) {
+    fn add_first_order(&mut self, stand: Stand) {
         let n = self.scaled.medium.lanes();
-        legendre(self.scaled.degree, cos_theta, &mut self.polynomial);
-        for (k, step) in self.march.steps.iter().enumerate() {
-            let mu_sun = (radius_m * cos_sun + step.distance_m * cos_theta) / step.radius_m;
-            if !self.scaled.sun_transmittance(
-                &mut self.sunlit,
-                step.radius_m,
-                mu_sun,
-                &mut self.beam,
-            ) {
-                continue;
-            }
+        let terms = self.scaled.degree + 1;
+        for (row, t) in self.polynomial.chunks_exact_mut(terms).zip(&self.targets) {
+            legendre(terms - 1, t.cos_theta, row);
+        }
+        for (step, weights) in self
+            .march
+            .steps
+            .iter()
+            .zip(self.march.weights.chunks_exact(n))
+        {
             let degree = self
                 .scaled
                 .coefficients_at(step.radius_m, &mut self.coefficients);
-            self.source.fill(0.0);
-            for (l, c) in self
-                .coefficients
-                .chunks_exact(n)
-                .enumerate()
-                .take(degree + 1)
+            let outs = self.radiance.chunks_exact_mut(n);
+            for ((t, out), p) in self
+                .targets
+                .iter()
+                .zip(outs)
+                .zip(self.polynomial.chunks_exact(terms))
             {
-                let p = self.polynomial[l];
-                for (s, &c) in self.source.iter_mut().zip(c) {
-                    *s += p * c;
+                let mu_sun = stand.mu_sun(t, step.distance_m, step.radius_m);
+                let beam = &mut self.beam;
+                if !self
+                    .scaled
+                    .sun_transmittance(&mut self.sunlit, step.radius_m, mu_sun, beam)
+                {
+                    continue;
                 }
-            }
-            let weights = &self.march.weights[k * n..(k + 1) * n];
-            for (((l, &s), &w), &t) in self
-                .radiance
-                .iter_mut()
-                .zip(&self.source)
-                .zip(weights)
-                .zip(&self.beam)
-            {
-                *l += s * w * t;
+                for (b, &w) in beam.iter_mut().zip(weights) {
+                    *b *= w;
+                }
+                for (&p, c) in p
+                    .iter()
+                    .zip(self.coefficients.chunks_exact(n))
+                    .take(degree + 1)
+                {
+                    for ((o, &b), &c) in out.iter_mut().zip(beam.iter()).zip(c) {
+                        *o += p * c * b;
+                    }
+                }
             }
         }
         if self.march.meets_ground {
             let ground_m = self.grid.radius_m[0];
-            let mu_sun = (radius_m * cos_sun + self.march.length_m * cos_theta) / ground_m;
-            if mu_sun > -self.problem.sun_radius_rad
-                && self
-                    .scaled
-                    .sun_transmittance(&mut self.sunlit, ground_m, mu_sun, &mut self.beam)
-            {
-                let factor = (mu_sun.max(0.0) / std::f64::consts::PI) as f32;
-                for i in 0..n {
-                    self.radiance[i] +=
-                        factor * self.beam[i] * self.problem.albedo[i] * self.march.through[i];
+            for (t, out) in self.targets.iter().zip(self.radiance.chunks_exact_mut(n)) {
+                let mu_sun = stand.mu_sun(t, self.march.length_m, ground_m);
+                let beam = &mut self.beam;
+                if mu_sun <= -self.problem.sun_radius_rad
+                    || !self
+                        .scaled
+                        .sun_transmittance(&mut self.sunlit, ground_m, mu_sun, beam)
+                {
+                    continue;
                 }
-            }
-        }
-    }
-
-    /// The light of a field, scattered once more along the ray cut last.
-    #[inline(always)]
-    fn add_next_order(&mut self, field: &Field, radius_m: f64, cos_sun: f64, cos_theta: f64) {
-        let n = self.scaled.medium.lanes();
-        for (k, step) in self.march.steps.iter().enumerate() {
-            let mu_sun = (radius_m * cos_sun + step.distance_m * cos_theta) / step.radius_m;
-            let degree = self
-                .scaled
-                .coefficients_at(step.radius_m, &mut self.coefficients);
-            let cos_phi = cos_azimuth(step.mu, mu_sun, cos_theta);
-            self.grid
-                .harmonics
-                .evaluate(degree, step.mu, cos_phi, &mut self.harmonic);
-            let corners = field.corners(step.radius_m, mu_sun);
-            self.source.fill(0.0);
-            field.add_source(
-                &corners,
-                degree,
-                &self.coefficients,
-                &self.harmonic,
-                &mut self.source,
-            );
-            let weights = &self.march.weights[k * n..(k + 1) * n];
-            for ((l, &s), &w) in self.radiance.iter_mut().zip(&self.source).zip(weights) {
-                *l += s * w;
-            }
-        }
-        if self.march.meets_ground {
-            let mu_sun =
-                (radius_m * cos_sun + self.march.length_m * cos_theta) / self.grid.radius_m[0];
-            self.source.fill(0.0);
-            field.add_flux(mu_sun, &mut self.source);
-            for i in 0..n {
-                self.radiance[i] += self.source[i] * self.problem.albedo[i] * self.march.through[i]
-                    / std::f32::consts::PI;
+                let factor = (mu_sun.max(0.0) / std::f64::consts::PI) as f32;
+                let ground = self.problem.albedo.iter().zip(&self.march.through);
+                for ((o, &b), (&a, &t)) in out.iter_mut().zip(beam.iter()).zip(ground) {
+                    *o += factor * b * a * t;
+                }
             }
         }
     }

@@ -8,7 +8,8 @@ use super::harmonics::Harmonics;
 use super::march::Levels;
 use super::scaled::Scaled;
 use super::solve::{self, Problem};
-use super::Accuracy;
+use super::wavelengths::{choose, Spread};
+use super::{Accuracy, Resolution};
 use crate::error::{check_range, Error, Result};
 use crate::film::Film;
 use crate::math::{lanes, Vec3};
@@ -38,7 +39,7 @@ pub struct TablesOptions {
 /// A solved atmosphere over a ground: from one of these comes any picture, whatever the sun's place, its irradiance, the
 /// view and the observer's altitude, as long as the sun's zenith angle is among those solved for.
 ///
-/// [`Tables::solution`] holds what took long to compute, as plain arrays; [`Tables::from_solution`] makes the same tables of
+/// [`Tables::solutions`] holds what took long to compute, as plain arrays; [`Tables::from_solutions`] makes the same tables of
 /// them, bit for bit.
 #[derive(Debug, Clone)]
 pub struct Tables {
@@ -46,15 +47,27 @@ pub struct Tables {
     pub(super) albedo: Vec<f32>,
     pub(super) few_albedo: Vec<f32>,
     pub(super) accuracy: Accuracy,
-    /// The medium with forward peaks cut off: at all wavelengths, and at those of the solution.
+    /// The medium with forward peaks cut off: at all wavelengths; at those solved well; for the coarse solution.
     pub(super) fine: Scaled,
-    pub(super) coarse: Scaled,
+    pub(super) few: Scaled,
+    pub(super) rough: Scaled,
     /// None where only first-order light is wanted.
-    pub(super) field: Option<Field>,
+    pub(super) fields: Option<Fields>,
     pub(super) levels: Levels,
     pub(super) harmonics: Harmonics,
+    pub(super) rough_harmonics: Harmonics,
+    pub(super) spread: Spread,
     /// Columns of the true medium, for the sun's disc.
     pub(super) true_columns: Columns,
+}
+
+/// The solved light.
+#[derive(Debug, Clone)]
+pub(super) struct Fields {
+    /// Solved well, at a few wavelengths.
+    pub few: Field,
+    /// Solved roughly, at all.
+    pub rough: Field,
 }
 
 impl Tables {
@@ -85,41 +98,60 @@ impl Tables {
             "m",
             ground_m..=1e15,
         )?;
+        check_albedo(medium, albedo)?;
         let resolution = options.accuracy.resolution();
-        let few = choose(medium.wavelength_nm().len(), resolution.wavelengths);
+        let few = choose(medium, albedo, resolution.wavelengths);
         let mut tables = Self::unsolved(medium, albedo, options.accuracy, few)?;
         if options.max_order.is_none_or(|n| n > 1) {
             let reach = reach_deg(medium, highest_m);
-            let problem = Problem {
-                albedo: &tables.few_albedo,
-                sun_radius_rad: radius_deg.to_radians(),
-                sun_zenith_deg: ((from - reach).max(0.0), (to + reach).min(180.0)),
-                orders: options.max_order.map(|n| n - 1),
+            let solve = |scaled: &Scaled, albedo: &[f32], resolution: &Resolution| {
+                let problem = Problem {
+                    albedo,
+                    sun_radius_rad: radius_deg.to_radians(),
+                    sun_zenith_deg: ((from - reach).max(0.0), (to + reach).min(180.0)),
+                    orders: options.max_order.map(|n| n - 1),
+                };
+                solve::solve(scaled, &problem, resolution, cancel)
             };
-            tables.field = Some(solve::solve(&tables.coarse, &problem, &resolution, cancel)?);
+            tables.fields = Some(Fields {
+                few: solve(&tables.few, &tables.few_albedo, &resolution)?,
+                rough: solve(&tables.rough, &tables.albedo, &resolution.rough())?,
+            });
         }
         Ok(tables)
     }
 
-    /// Tables of a solution found earlier for the same medium, albedo and accuracy.
+    /// Tables of solutions found earlier for the same medium, albedo and accuracy, as [`Tables::solutions`] gave them.
     ///
     /// # Errors
-    /// [`Error::Invalid`], [`Error::ShapeMismatch`] for a solution that cannot belong to this medium.
-    pub fn from_solution(
+    /// [`Error::Invalid`], [`Error::ShapeMismatch`] for solutions that cannot belong to this medium.
+    pub fn from_solutions(
         medium: &LayeredMedium,
         albedo: &[f64],
         accuracy: Accuracy,
-        solution: Solution,
+        [few, rough]: [Solution; 2],
     ) -> Result<Self> {
-        solution.check(medium.wavelength_nm().len())?;
-        if solution.degree != accuracy.resolution().degree {
+        let w = medium.wavelength_nm().len();
+        few.check(w)?;
+        rough.check(w)?;
+        let resolution = accuracy.resolution();
+        if few.degree != resolution.degree || rough.degree != resolution.rough().degree {
             return Err(Error::invalid(
-                format!("a solution of degree {}", solution.degree),
-                "give the accuracy it was solved with",
+                format!("solutions of degree {} and {}", few.degree, rough.degree),
+                "give the accuracy they were solved with",
             ));
         }
-        let mut tables = Self::unsolved(medium, albedo, accuracy, solution.chosen.clone())?;
-        tables.field = Some(Field::new(solution));
+        if rough.chosen.len() != w || few.sun_zenith_deg != rough.sun_zenith_deg {
+            return Err(Error::invalid(
+                "two solutions that do not belong together",
+                "give both, the one at few wavelengths first",
+            ));
+        }
+        let mut tables = Self::unsolved(medium, albedo, accuracy, few.chosen.clone())?;
+        tables.fields = Some(Fields {
+            few: Field::new(few),
+            rough: Field::new(rough),
+        });
         Ok(tables)
     }
 
@@ -130,32 +162,33 @@ impl Tables {
         accuracy: Accuracy,
         few: Vec<usize>,
     ) -> Result<Self> {
+        check_albedo(medium, albedo)?;
         let w = medium.wavelength_nm().len();
-        if albedo.len() != w {
-            return Err(Error::ShapeMismatch {
-                name: "albedo".into(),
-                got: format!("({},)", albedo.len()),
-                expected: format!("({w},), one value per wavelength"),
-            });
-        }
-        for &a in albedo {
-            check_range("albedo", a, "", 0.0..=1.0)?;
-        }
         let resolution = accuracy.resolution();
+        let all: Vec<usize> = (0..w).collect();
+        let wanted = [
+            (resolution.degree, all.clone()),
+            (resolution.degree, few.clone()),
+            (resolution.rough().degree, all),
+        ];
+        let ([fine, few_scaled, rough], true_columns) = Scaled::several(medium, wanted);
         Ok(Self {
             albedo: lanes::row_from(w, |i| albedo[i]),
             few_albedo: lanes::row_from(few.len(), |i| albedo[few[i]]),
             accuracy,
-            fine: Scaled::new(medium, resolution.degree, (0..w).collect()),
-            coarse: Scaled::new(medium, resolution.degree, few),
-            field: None,
+            fine,
+            few: few_scaled,
+            rough,
+            fields: None,
             levels: Levels::new(
                 medium,
                 resolution.view_level_m,
                 resolution.view_level_growth,
             ),
             harmonics: Harmonics::new(resolution.degree),
-            true_columns: Columns::new(medium),
+            rough_harmonics: Harmonics::new(resolution.rough().degree),
+            spread: Spread::new(medium, albedo, &few),
+            true_columns,
             medium: medium.clone(),
         })
     }
@@ -176,9 +209,10 @@ impl Tables {
         self.accuracy
     }
 
-    /// What was solved; `None` for tables of first-order light only.
-    pub fn solution(&self) -> Option<&Solution> {
-        self.field.as_ref().map(Field::solution)
+    /// What was solved: well at a few wavelengths, roughly at all. `None` for tables of first-order light only.
+    pub fn solutions(&self) -> Option<[&Solution; 2]> {
+        let fields = self.fields.as_ref()?;
+        Some([fields.few.solution(), fields.rough.solution()])
     }
 
     /// Spectral radiance at every pixel of a sensor \[W m⁻² sr⁻¹ nm⁻¹\].
@@ -235,10 +269,10 @@ impl Tables {
             "m",
             self.medium.ground_radius_m()..=1e15,
         )?;
-        let Some(field) = &self.field else {
+        let Some(fields) = &self.fields else {
             return Ok(());
         };
-        let nodes = &field.solution().sun_zenith_deg;
+        let nodes = &fields.few.solution().sun_zenith_deg;
         let (first, last) = (nodes[0], nodes[nodes.len() - 1]);
         let reach = reach_deg(&self.medium, observer_m) - MARGIN_DEG;
         let zenith = sun.direction.z.clamp(-1.0, 1.0).acos().to_degrees();
@@ -257,22 +291,28 @@ impl Tables {
     }
 }
 
+/// Refuses an albedo of another shape or out of range.
+fn check_albedo(medium: &LayeredMedium, albedo: &[f64]) -> Result<()> {
+    let w = medium.wavelength_nm().len();
+    if albedo.len() != w {
+        return Err(Error::ShapeMismatch {
+            name: "albedo".into(),
+            got: format!("({},)", albedo.len()),
+            expected: format!("({w},), one value per wavelength"),
+        });
+    }
+    for &a in albedo {
+        check_range("albedo", a, "", 0.0..=1.0)?;
+    }
+    Ok(())
+}
+
 /// How far from the observer's own the sun's zenith angle can be where a ray passes \[deg\]: from the observer down to the
 /// horizon and up again to the top of the air; and a margin.
 fn reach_deg(medium: &LayeredMedium, observer_m: f64) -> f64 {
     let ground = medium.ground_radius_m();
     let to_horizon = |r: f64| (ground / r).min(1.0).acos().to_degrees();
     to_horizon(observer_m) + to_horizon(medium.top_radius_m()) + MARGIN_DEG
-}
-
-/// Indices of at most `most` of `w` wavelengths, evenly spread, with the first and the last.
-fn choose(w: usize, most: usize) -> Vec<usize> {
-    if w <= most {
-        return (0..w).collect();
-    }
-    (0..most)
-        .map(|i| (i as f64 * (w - 1) as f64 / (most - 1) as f64).round() as usize)
-        .collect()
 }
 
 #[cfg(test)]
@@ -327,9 +367,8 @@ mod tests {
         let albedo = [0.2; 3];
         let run = AtomicBool::new(false);
         let tables = Tables::solve(&m, &albedo, &options(&m, (60.0, 61.0)), &run).unwrap();
-        let solution = tables.solution().unwrap().clone();
-        let again =
-            Tables::from_solution(&m, &albedo, Accuracy::Preview, solution.clone()).unwrap();
+        let both = tables.solutions().unwrap().map(Clone::clone);
+        let again = Tables::from_solutions(&m, &albedo, Accuracy::Preview, both.clone()).unwrap();
         let looks = [
             Vec3::from_azimuth_elevation_deg(40.0, 25.0),
             Vec3::new(0.0, 0.0, 1.0),
@@ -340,16 +379,16 @@ mod tests {
         assert!(seen.iter().all(|&l| l > 0.0));
 
         let refuse = |change: &dyn Fn(&mut Solution)| {
-            let mut bad = solution.clone();
-            change(&mut bad);
-            assert!(Tables::from_solution(&m, &albedo, Accuracy::Preview, bad).is_err());
+            let mut bad = both.clone();
+            change(&mut bad[0]);
+            assert!(Tables::from_solutions(&m, &albedo, Accuracy::Preview, bad).is_err());
         };
         refuse(&|s| s.moments.truncate(10));
         refuse(&|s| s.flux[0] = f32::NAN);
         refuse(&|s| s.chosen[0] = 7);
         refuse(&|s| s.sun_zenith_deg.swap(0, 1));
         refuse(&|s| s.degree = 1_000_000_000);
-        let high = Tables::from_solution(&m, &albedo, Accuracy::High, solution.clone());
+        let high = Tables::from_solutions(&m, &albedo, Accuracy::High, both);
         assert!(high.is_err());
     }
 
