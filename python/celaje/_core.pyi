@@ -104,6 +104,7 @@ class Sky:
         self,
         sensor: Sensor,
         method: str | None,
+        accuracy: str,
         spp: int,
         seed: int,
         max_order: int | None,
@@ -114,6 +115,7 @@ class Sky:
     def irradiance(
         self,
         method: str | None,
+        accuracy: str,
         spp: int,
         seed: int,
         max_order: int | None,

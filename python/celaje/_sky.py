@@ -81,6 +81,7 @@ class Sky:
         altitude_m: float | None = None,
         sun_disc: str = "on",
         method: str | None = None,
+        accuracy: str = "default",
         spp: int | None = None,
         max_order: int | None = None,
         seed: int = 0,
@@ -106,6 +107,8 @@ class Sky:
         method : str, optional
             ``"shells"`` (default, without noise), ``"path"`` (default if `spp` is given), ``"tracker"`` or
             ``"classic"``.
+        accuracy : str
+            How finely ``"shells"`` cuts: ``"preview"``, ``"default"`` or ``"high"``.
         spp : int, optional
             Paths per pixel, 64 by default; noise falls with their square root.
         max_order : int, optional
@@ -142,6 +145,7 @@ class Sky:
         radiance, variance, samples = self._raw.render(
             sensor,
             method,
+            accuracy,
             spp,
             seed,
             _order(max_order),
@@ -156,7 +160,9 @@ class Sky:
         metadata["observer_altitude_m"] = f"{observer_m:g}"
         metadata["sun_disc"] = sun_disc
         metadata["method"] = method
-        if method != "shells":
+        if method == "shells":
+            metadata["accuracy"] = accuracy
+        else:
             metadata["spp"] = str(spp)
             metadata["seed"] = str(seed)
         metadata["max_order"] = "all" if max_order is None else str(max_order)
@@ -177,6 +183,7 @@ class Sky:
         polarised: bool = False,
         max_order: int | None = None,
         sun_disc: str = "on",
+        accuracy: str = "default",
     ) -> Radiance:
         """Spectral radiance in single, infinitely narrow directions.
 
@@ -203,6 +210,8 @@ class Sky:
             Count this many scatterings and reflections only; 1 is single scattering.
         sun_disc : str
             ``"on"``, ``"off"`` or ``"only"``; a collimated sun is never seen.
+        accuracy : str
+            How finely ``"shells"`` cuts: ``"preview"``, ``"default"`` or ``"high"``.
 
         Returns
         -------
@@ -235,7 +244,7 @@ class Sky:
 
         def run(spp: int, seed: int) -> Radiance:
             values, variance, _ = self._raw.render(
-                sensor, method, spp, seed, max_order, sun_disc, altitude_m, threads
+                sensor, method, accuracy, spp, seed, max_order, sun_disc, altitude_m, threads
             )
             error = np.sqrt(variance[0])
             return Radiance(values[0], error, azimuth, elevation, self.wavelength_nm, spp, seed)
@@ -275,6 +284,7 @@ class Sky:
         seed: int = 0,
         threads: int | None = None,
         max_order: int | None = None,
+        accuracy: str = "default",
     ) -> Irradiance:
         """Spectral irradiance on planes at the observer, direct and diffuse.
 
@@ -292,6 +302,8 @@ class Sky:
             1 to 1024; all cores by default.
         max_order : int, optional
             Count this many scatterings and reflections only; 1 is single scattering.
+        accuracy : str
+            How finely ``"shells"`` cuts: ``"preview"``, ``"default"`` or ``"high"``.
 
         Returns
         -------
@@ -316,6 +328,7 @@ class Sky:
         """
         fields = self._raw.irradiance(
             method,
+            accuracy,
             _count("spp", DEFAULT_SPP if spp is None else spp, MAX_SPP),
             _count("seed", seed, 2**64 - 1, least=0),
             _order(max_order),

@@ -12,7 +12,7 @@ use celaje::place::{parse_time, Site};
 use celaje::sensor::{Fisheye, LatLong, Perspective, Sensor, PROJECTIONS};
 use celaje::sky::{Method, RenderOptions, SunDisc};
 use celaje::spectrum::SolarSpectrum;
-use celaje::transport::Budget;
+use celaje::transport::{Accuracy, Budget};
 use celaje::{Error, Film, Sky, WavelengthGrid};
 use clap::{Args, ValueEnum};
 
@@ -157,6 +157,9 @@ pub struct MethodOptions {
     /// Method: shells, path, tracker, classic (celaje list methods) [default: path; render without --spp: shells]
     #[arg(long, value_name = "NAME")]
     method: Option<String>,
+    /// How finely shells cuts: preview, default, high
+    #[arg(long, value_name = "NAME", default_value = "default")]
+    accuracy: String,
     /// Paths per pixel or direction, 1 or more; noise falls with their square root [default: 64; radiance: 1024]
     #[arg(long, value_name = "N")]
     spp: Option<u64>,
@@ -318,6 +321,7 @@ impl Plan {
             wavelength: wavelengths(&view.wavelengths)?,
             solar: SolarSpectrum::named(&air.sun_spectrum)?,
             options: RenderOptions {
+                accuracy: Accuracy::named(&method.accuracy)?,
                 method: method
                     .method
                     .as_deref()

@@ -120,7 +120,9 @@ fn metadata(plan: &Plan, sky: &Sky, sensor: &dyn Sensor) -> Vec<(String, String)
     add("sun_spectrum", plan.solar.name().to_owned());
     add("sun_disc", format!("{:?}", options.sun_disc).to_lowercase());
     add("method", format!("{:?}", options.method).to_lowercase());
-    if options.method != Method::Shells {
+    if options.method == Method::Shells {
+        add("accuracy", options.accuracy.name().to_owned());
+    } else {
         add("spp", options.budget.spp.to_string());
         add("seed", options.budget.seed.to_string());
     }

@@ -3,7 +3,7 @@
 use celaje::composition::aerosol::AerosolType;
 use celaje::sky::{Method, RenderOptions, SunDisc};
 use celaje::spectrum::SolarSpectrum;
-use celaje::transport::Budget;
+use celaje::transport::{Accuracy, Budget};
 use celaje::{Error, WavelengthGrid};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1};
 use pyo3::prelude::*;
@@ -126,12 +126,13 @@ impl Sky {
         Ok(Some(Inventory { inner }))
     }
 
-    #[pyo3(signature = (sensor, method, spp, seed, max_order, sun_disc, altitude_m, threads))]
+    #[pyo3(signature = (sensor, method, accuracy, spp, seed, max_order, sun_disc, altitude_m, threads))]
     fn render<'py>(
         &self,
         py: Python<'py>,
         sensor: &Sensor,
         method: Option<&str>,
+        accuracy: &str,
         spp: u32,
         seed: u64,
         max_order: Option<u32>,
@@ -140,7 +141,13 @@ impl Sky {
         threads: Option<usize>,
     ) -> Outcome<FilmArrays<'py>> {
         let sun_disc = read_sun_disc(sun_disc)?;
-        let options = render_options(method, (spp, seed, max_order), sun_disc, altitude_m)?;
+        let options = render_options(
+            method,
+            accuracy,
+            (spp, seed, max_order),
+            sun_disc,
+            altitude_m,
+        )?;
         let film = interruptible(py, threads, |cancel| {
             self.inner
                 .render(sensor.inner.as_ref(), &options, cancel, &|_, _| ())
@@ -156,18 +163,25 @@ impl Sky {
     }
 
     /// What falls on planes at the observer, with illuminance \[lx\] and colour temperature \[K\] of the global part.
-    #[pyo3(signature = (method, spp, seed, max_order, altitude_m, threads))]
+    #[pyo3(signature = (method, accuracy, spp, seed, max_order, altitude_m, threads))]
     fn irradiance<'py>(
         &self,
         py: Python<'py>,
         method: Option<&str>,
+        accuracy: &str,
         spp: u32,
         seed: u64,
         max_order: Option<u32>,
         altitude_m: Option<f64>,
         threads: Option<usize>,
     ) -> Outcome<Bound<'py, PyDict>> {
-        let options = render_options(method, (spp, seed, max_order), SunDisc::Off, altitude_m)?;
+        let options = render_options(
+            method,
+            accuracy,
+            (spp, seed, max_order),
+            SunDisc::Off,
+            altitude_m,
+        )?;
         let e = interruptible(py, threads, |cancel| {
             self.inner.irradiance(&options, cancel, &|_, _| ())
         })?;
@@ -196,12 +210,14 @@ impl Sky {
 /// Options from the words of Python; `budget` is paths, seed and largest order.
 fn render_options(
     method: Option<&str>,
+    accuracy: &str,
     budget: (u32, u64, Option<u32>),
     sun_disc: SunDisc,
     altitude_m: Option<f64>,
 ) -> Outcome<RenderOptions> {
     let (spp, seed, max_order) = budget;
     Ok(RenderOptions {
+        accuracy: Accuracy::named(accuracy)?,
         method: method.map(Method::named).transpose()?.unwrap_or_default(),
         budget: Budget {
             spp,

@@ -214,11 +214,12 @@ mod tests {
     use crate::optics::Phase;
     use crate::sky::Method;
     use crate::spectrum::SolarSpectrum;
-    use crate::transport::Budget;
+    use crate::transport::{Accuracy, Budget};
 
     fn options(spp: u32, altitude_m: Option<f64>) -> RenderOptions {
         RenderOptions {
             method: Method::default(),
+            accuracy: Accuracy::default(),
             budget: Budget {
                 spp,
                 seed: 3,

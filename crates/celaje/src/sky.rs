@@ -93,6 +93,8 @@ pub enum SunDisc {
 pub struct RenderOptions {
     /// How the equation is solved.
     pub method: Method,
+    /// How finely [`Method::Shells`] cuts; the other methods do not look at it.
+    pub accuracy: Accuracy,
     /// Paths per pixel, seed and number of orders.
     pub budget: Budget,
     /// Whether the sun's disc is seen.
@@ -322,7 +324,7 @@ impl Sky {
         };
         let integrator: &dyn Integrator<LayeredMedium> = match options.method {
             Method::Shells => &Shells {
-                accuracy: Accuracy::Default,
+                accuracy: options.accuracy,
             },
             Method::Path => &Path,
             Method::Tracker => &Tracker,

@@ -315,6 +315,7 @@ fn zenith_radiance(conditions: Conditions) -> [f32; 2] {
 fn look_up(sky: &Sky, method: Method, max_order: Option<u32>) -> Vec<f32> {
     let options = RenderOptions {
         method,
+        accuracy: celaje::transport::Accuracy::default(),
         budget: Budget {
             spp: 2048,
             seed: 1,

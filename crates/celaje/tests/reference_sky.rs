@@ -148,6 +148,7 @@ fn halving_the_vertical_step_changes_no_radiance() {
     let sensor = Directions::new(&azimuth, &elevation).unwrap();
     let options = RenderOptions {
         method: Method::Path,
+        accuracy: celaje::transport::Accuracy::default(),
         budget: Budget {
             spp: 16384,
             seed: 7,

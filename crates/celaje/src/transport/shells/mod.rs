@@ -89,17 +89,43 @@ pub enum Accuracy {
 }
 
 impl Accuracy {
+    /// Every accuracy with its name and a line of meaning.
+    pub const ALL: [(Self, &'static str, &'static str); 3] = [
+        (Self::Preview, "preview", "for looking around"),
+        (Self::Default, "default", "for pictures and most numbers"),
+        (Self::High, "high", "for comparisons with the reference"),
+    ];
+
+    /// The accuracy of a name.
+    ///
+    /// # Errors
+    /// [`Error::UnknownName`].
+    pub fn named(name: &str) -> Result<Self> {
+        let found = Self::ALL.iter().find(|(_, n, _)| *n == name);
+        found.map(|(a, ..)| *a).ok_or_else(|| Error::UnknownName {
+            kind: "accuracy",
+            name: name.into(),
+            known: Self::ALL.iter().map(|(_, n, _)| (*n).into()).collect(),
+        })
+    }
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        let found = Self::ALL.iter().find(|(a, ..)| *a == self);
+        found.map_or("", |(_, name, _)| name)
+    }
+
     fn resolution(self) -> Resolution {
         match self {
             Self::Preview => Resolution {
-                degree: 4,
+                degree: 6,
                 wavelengths: 16,
                 altitudes: 18,
                 sun_step_deg: 2.0,
                 directions: (3, 7),
-                azimuths: 6,
-                level_m: 600.0,
-                level_growth: 0.2,
+                azimuths: 7,
+                level_m: 1500.0,
+                level_growth: 0.35,
                 view_level_m: 300.0,
                 view_level_growth: 0.12,
                 view_azimuths: 24,
@@ -108,14 +134,14 @@ impl Accuracy {
                 max_orders: 12,
             },
             Self::Default => Resolution {
-                degree: 6,
+                degree: 10,
                 wavelengths: 16,
                 altitudes: 26,
                 sun_step_deg: 1.5,
                 directions: (4, 9),
-                azimuths: 8,
-                level_m: 700.0,
-                level_growth: 0.25,
+                azimuths: 11,
+                level_m: 1200.0,
+                level_growth: 0.3,
                 view_level_m: 250.0,
                 view_level_growth: 0.08,
                 view_azimuths: 36,
@@ -124,19 +150,19 @@ impl Accuracy {
                 max_orders: 30,
             },
             Self::High => Resolution {
-                degree: 10,
+                degree: 16,
                 wavelengths: 32,
-                altitudes: 40,
+                altitudes: 36,
                 sun_step_deg: 1.0,
                 directions: (6, 14),
-                azimuths: 12,
-                level_m: 400.0,
-                level_growth: 0.15,
+                azimuths: 17,
+                level_m: 600.0,
+                level_growth: 0.2,
                 view_level_m: 100.0,
                 view_level_growth: 0.04,
                 view_azimuths: 72,
                 view_tolerance: 1e-3,
-                converged: 2e-3,
+                converged: 3e-3,
                 max_orders: 60,
             },
         }
