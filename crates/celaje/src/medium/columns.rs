@@ -14,19 +14,17 @@ use std::sync::Arc;
 use multiversion::multiversion;
 use rayon::prelude::*;
 
+use super::cross::cross_approximation;
 use super::layered::LayeredMedium;
 use super::{Medium, Ray};
 use crate::math::interp::Guide;
 use crate::math::lanes;
 
 /// Columns are handled in blocks of this many.
-const BLOCK: usize = 8;
+pub(super) const BLOCK: usize = 8;
 
 /// Nodes of the table over the zenith angle, at each altitude.
 const COSINES: usize = 160;
-
-/// The cross approximation stops when no coefficient is off by more than this share of the largest at its altitude.
-const TOLERANCE: f64 = 2e-6;
 
 /// Columns to the top of the air from every altitude and direction, and what they weigh at each wavelength.
 #[derive(Debug, Clone)]
@@ -316,58 +314,6 @@ fn cubic_weights(x: f64) -> [f32; 4] {
         (-a * b * d / 2.0) as f32,
         (a * b * c / 6.0) as f32,
     ]
-}
-
-/// Factors a matrix of rows into `Σ_k c_k s_k`, each row to [`TOLERANCE`] of its own largest value.
-///
-/// Returns `c` with shape (row, count), `s` with shape (count, lanes), and the count, padded to whole blocks.
-fn cross_approximation(rows: &[f32], lanes: usize) -> (Vec<f32>, Vec<f32>, usize) {
-    let n = rows.len() / lanes;
-    let scale: Vec<f64> = rows
-        .chunks_exact(lanes)
-        .map(|row| f64::from(row.iter().copied().fold(0.0, f32::max)))
-        .collect();
-    let mut residual: Vec<f64> = rows
-        .chunks_exact(lanes)
-        .zip(&scale)
-        .flat_map(|(row, &s)| {
-            row.iter()
-                .map(move |&v| if s > 0.0 { f64::from(v) / s } else { 0.0 })
-        })
-        .collect();
-    let mut terms: Vec<(Vec<f64>, Vec<f64>)> = Vec::new();
-    while terms.len() < n.min(lanes) {
-        let at = (0..residual.len())
-            .max_by(|&a, &b| residual[a].abs().total_cmp(&residual[b].abs()))
-            .unwrap_or(0);
-        let pivot = residual[at];
-        if pivot.abs() <= TOLERANCE {
-            break;
-        }
-        let (row, lane) = (at / lanes, at % lanes);
-        let c: Vec<f64> = (0..n).map(|i| residual[i * lanes + lane]).collect();
-        let s: Vec<f64> = (0..lanes)
-            .map(|j| residual[row * lanes + j] / pivot)
-            .collect();
-        for (i, &c) in c.iter().enumerate() {
-            for (j, &s) in s.iter().enumerate() {
-                residual[i * lanes + j] -= c * s;
-            }
-        }
-        terms.push((c, s));
-    }
-    let count = terms.len().max(1).div_ceil(BLOCK) * BLOCK;
-    let mut density = vec![0.0; n * count];
-    let mut spectra = vec![0.0; count * lanes];
-    for (k, (c, s)) in terms.iter().enumerate() {
-        for i in 0..n {
-            density[i * count + k] = (c[i] * scale[i]) as f32;
-        }
-        for j in 0..lanes {
-            spectra[k * lanes + j] = s[j] as f32;
-        }
-    }
-    (density, spectra, count)
 }
 
 /// Columns along one ray, from its start to any distance.

@@ -6,6 +6,7 @@
 
 mod atmosphere;
 mod columns;
+mod cross;
 mod layered;
 mod ray;
 

@@ -255,12 +255,14 @@ fn sun_angles((from, to): (f64, f64), step_deg: f64) -> Vec<f64> {
     let mut z = 0.0;
     while z < 180.0 - 1e-9 {
         let step = match z {
-            z if z < 60.0 => 6.0 * step_deg,
-            z if z < 75.0 => 3.0 * step_deg,
-            z if z < 83.0 => 2.0 * step_deg,
-            z if z < 108.0 => step_deg,
-            z if z < 118.0 => 2.0 * step_deg,
-            _ => 6.0 * step_deg,
+            z if z < 60.0 => 9.0 * step_deg,
+            z if z < 75.0 => 4.5 * step_deg,
+            z if z < 84.0 => 2.5 * step_deg,
+            z if z < 88.0 => 1.5 * step_deg,
+            z if z < 102.0 => step_deg,
+            z if z < 110.0 => 1.5 * step_deg,
+            z if z < 118.0 => 2.5 * step_deg,
+            _ => 9.0 * step_deg,
         };
         z = f64::min(z + step, 180.0);
         all.push(z);
