@@ -7,21 +7,27 @@
 //! | `.hdr` | linear sRGB | cd m⁻² |
 //! | `.nc` | the spectral radiance at every wavelength with its variance, where each pixel looks | W m⁻² sr⁻¹ nm⁻¹ |
 //!
+//! Beside pictures: [`Animation`], a `.png` of many frames, and [`write_packed`], a file of celaje's own.
+//!
 //! A file appears whole or not at all: it is written under a temporary name in the same folder and then renamed.
 
+mod animation;
 mod exr_file;
 mod film_dataset;
 mod hdr_file;
 pub mod netcdf;
+mod packed_file;
 mod png_file;
 pub mod svg;
 mod target;
 
 use std::path::Path;
 
+pub use animation::Animation;
 pub use exr_file::{spectral_channel, write_exr};
 pub use film_dataset::{circumstances, global_attributes, CONVENTIONS};
 pub use hdr_file::write_hdr;
+pub use packed_file::{read_packed, write_packed};
 pub use png_file::{write_png, PngDepth};
 pub use target::{check_target, check_writable, remove_temporaries, save_text, Format};
 
