@@ -28,7 +28,6 @@ from ._errors import (
 )
 from ._film import Film, Irradiance, Radiance
 from ._medium import Medium
-from ._optics import Aerosol
 
 DEFAULT_SPP = 64
 # A first guess at the noise, and how much more than it asks for is spent.
