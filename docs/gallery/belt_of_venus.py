@@ -2,19 +2,13 @@
 
 import numpy as np
 
-import celaje
-from common import colours, options, plt, save
+from common import colours, options, plt, save, skies
 
 SUN_ELEVATION, TOWARDS_SUN, AWAY = -2.5, 270.0, 90.0
 
 given = options(__doc__)
 elevation_deg = np.linspace(0.25, 45.0, 12 if given.quick else 180)
-sky = celaje.sky(
-    sun_elevation=SUN_ELEVATION,
-    sun_azimuth=TOWARDS_SUN,
-    aerosol="opac:continental_clean",
-    wavelengths=given.wavelengths,
-)
+(sky,) = skies([SUN_ELEVATION], given, TOWARDS_SUN, aerosol="opac:continental_clean")
 seen = sky.radiance(AWAY, elevation_deg, method="shells")
 strip, rgb, luminance = colours(seen)
 

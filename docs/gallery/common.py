@@ -56,8 +56,8 @@ class Options:
 
     @property
     def wavelengths(self) -> str:
-        """Vacuum wavelengths as ``START:STOP:STEP`` [nm]."""
-        return "400:700:50" if self.quick else "380:780:5"
+        """Vacuum wavelengths as ``START:STOP:STEP``, enough for colours. [nm]."""
+        return "400:700:50" if self.quick else "400:700:10"
 
     def few(self, values: Sequence) -> Sequence:
         """All values, or the first two."""
@@ -71,6 +71,34 @@ def options(description: str | None) -> Options:
     parser.add_argument("--folder", type=Path, default=IMAGES, help="where the picture goes")
     given = parser.parse_args()
     return Options(given.quick, given.folder)
+
+
+def skies(
+    suns: Sequence[float], given: Options, sun_azimuth: float, **air: object
+) -> list[celaje.Sky]:
+    """One air under several suns, solved once.
+
+    Parameters
+    ----------
+    suns : sequence of float
+        True elevations. [deg]
+    given : Options
+        Says how many wavelengths, unless `air` does.
+    sun_azimuth : float
+        Of all suns. [deg]
+    air
+        As in :func:`celaje.sky`.
+
+    Returns
+    -------
+    list of Sky
+        One for each sun.
+    """
+    air.setdefault("wavelengths", given.wavelengths)
+    sky = celaje.sky(sun_elevation=suns[0], sun_azimuth=sun_azimuth, **air)
+    accuracy = "preview" if given.quick else "default"
+    baked = sky.bake((min(suns), max(suns)), highest_observer_m=0.0, accuracy=accuracy)
+    return [baked.under(s, sun_azimuth) for s in suns]
 
 
 def rgba(film: celaje.Film) -> np.ndarray:

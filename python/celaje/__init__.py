@@ -37,7 +37,8 @@ from ._optics import (
     mie,
     rayleigh_cross_section,
 )
-from ._sky import Sky, sky
+from ._skies import sky, tables
+from ._sky import Sky
 
 __all__ = [
     "Aerosol",
@@ -70,4 +71,5 @@ __all__ = [
     "mie",
     "rayleigh_cross_section",
     "sky",
+    "tables",
 ]

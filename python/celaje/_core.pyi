@@ -125,8 +125,33 @@ class Sky:
         sigma_a: _F64,
         phase: Phase,
     ) -> Sky: ...
+    def bake(
+        self,
+        sun_elevation_deg: tuple[float, float],
+        highest_observer_m: float,
+        accuracy: str,
+        threads: int | None,
+    ) -> Sky: ...
+    def under(self, azimuth_deg: float, elevation_deg: float, distance_au: float) -> Sky: ...
+    @property
+    def sun_distance_au(self) -> float: ...
+    @property
+    def is_baked(self) -> bool: ...
+    def radiance_under(
+        self,
+        sun_azimuth_deg: _F64,
+        sun_elevation_deg: _F64,
+        azimuth_deg: _F64,
+        elevation_deg: _F64,
+        altitude_m: float | None,
+        threads: int | None,
+    ) -> _F32: ...
+    def save_tables(self, path: str, origin: list[tuple[str, str]]) -> None: ...
+    @staticmethod
+    def load_tables(path: str) -> tuple[Sky, list[tuple[str, str]]]: ...
     def irradiance(
         self,
+        tilt: tuple[float, float],
         method: str | None,
         accuracy: str,
         spp: int,

@@ -318,15 +318,15 @@ class Irradiance:
     direct_normal : ndarray, shape (wavelength,)
         From the sun's disc on a plane that faces it. [W m⁻² nm⁻¹]
     direct : ndarray, shape (wavelength,)
-        From the sun's disc on a level plane. [W m⁻² nm⁻¹]
+        From the sun's disc on the plane. [W m⁻² nm⁻¹]
     diffuse : ndarray, shape (wavelength,)
-        From the sky without the disc on a level plane that looks up. [W m⁻² nm⁻¹]
+        From all else on the plane: the sky without the disc and, if it is tilted, the ground. [W m⁻² nm⁻¹]
     global_ : ndarray, shape (wavelength,)
         Direct and diffuse together. [W m⁻² nm⁻¹]
     direct_normal_standard_error, direct_standard_error, diffuse_standard_error, global_standard_error : ndarray
         Standard errors of the four, absolute, same shape and unit; 0 for a deterministic method.
     lux : float
-        Illuminance of the level plane by direct and diffuse light within the range of the wavelengths, by the CIE 1931
+        Illuminance of the plane by direct and diffuse light within the range of the wavelengths, by the CIE 1931
         observer. [lx]
     cct_k : float or None
         Correlated colour temperature of the same light; infinite where it is bluer than the hottest black body, None

@@ -2,29 +2,33 @@
 
 from __future__ import annotations
 
+import os
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from ._arrays import Floats, as_float, per_wavelength, vector, wavelength_grid
+from ._arguments import (
+    MAX_SPP,
+    read_count,
+    read_directions,
+    read_order,
+    read_sensor,
+    read_threads,
+)
+from ._arrays import Floats, as_float, per_wavelength, vector
 from ._atmosphere import Atmosphere
-from ._climate import Place, When, Words, read_conditions
 from ._conditions import Conditions
 from ._errors import (
     InvalidInputError,
-    OutOfRangeError,
     ShapeMismatchError,
-    UnknownNameError,
 )
 from ._film import Film, Irradiance, Radiance
 from ._medium import Medium, Phase
-from ._optics import Aerosol
 
-PROJECTIONS = ("fisheye", "latlong", "perspective")
 DEFAULT_SPP = 64
 # The most that a pixel is given where noise or time decides.
 MOST_PATHS = 2**22
-MAX_SPP = 2**32 - 1
 
 
 class Sky:
@@ -141,23 +145,23 @@ class Sky:
         >>> img.radiance.shape
         (9, 16, 3)
         """
-        sensor = _sensor(projection, size, fov, look)
+        sensor = read_sensor(projection, size, fov, look)
         if method is None:
             method = "shells" if spp is None and noise is None and time_limit is None else "path"
         open_ended = noise is not None or time_limit is not None
         default_spp = MOST_PATHS if open_ended else DEFAULT_SPP
-        spp = _count("spp", default_spp if spp is None else spp, MAX_SPP)
-        seed = _count("seed", seed, 2**64 - 1, least=0)
+        spp = read_count("spp", default_spp if spp is None else spp, MAX_SPP)
+        seed = read_count("seed", seed, 2**64 - 1, least=0)
         radiance, variance, samples, _ = self._raw.render(
             sensor,
             method,
             accuracy,
             spp,
             seed,
-            _order(max_order),
+            read_order(max_order),
             sun_disc,
             altitude_m,
-            _threads(threads),
+            read_threads(threads),
             noise,
             time_limit,
         )
@@ -206,7 +210,8 @@ class Sky:
         altitude_m : float, optional
             Observer above sea level; on the ground by default. [m]
         method : str, optional
-            ``"path"`` (default), ``"shells"`` (no noise; the standard error is 0), ``"tracker"`` or ``"classic"``.
+            ``"path"`` (default), ``"shells"`` (no noise; the standard error is 0; the default of a sky with tables),
+            ``"tracker"`` or ``"classic"``.
         noise : float, optional
             The largest relative standard error over directions and wavelengths to reach, such as 0.01; instead of
             `spp`.
@@ -247,13 +252,15 @@ class Sky:
         >>> bool((L.standard_error <= 0.05 * L.radiance).all())
         True
         """
-        azimuth, elevation = _directions(azimuth_deg, elevation_deg)
+        azimuth, elevation = read_directions(azimuth_deg, elevation_deg)
         sensor = _core.Sensor.directions(azimuth, elevation)
-        max_order, threads = _order(max_order), _threads(threads)
+        max_order, threads = read_order(max_order), read_threads(threads)
+        if method is None and spp is None and noise is None and self.is_baked:
+            method = "shells"
 
-        seed = _count("seed", seed, 2**64 - 1, least=0)
+        seed = read_count("seed", seed, 2**64 - 1, least=0)
         default_spp = DEFAULT_SPP if noise is None else MOST_PATHS
-        spp = _count("spp", default_spp if spp is None else spp, MAX_SPP)
+        spp = read_count("spp", default_spp if spp is None else spp, MAX_SPP)
         values, variance, samples, others = self._raw.render(
             sensor,
             method,
@@ -317,7 +324,11 @@ class Sky:
         >>> bool((cloud.radiance(**zenith).radiance > 2 * sky.radiance(**zenith).radiance).all())
         True
         """
-        edges = (vector("east_m", east_m), vector("north_m", north_m), vector("altitude_m", altitude_m))
+        edges = (
+            vector("east_m", east_m),
+            vector("north_m", north_m),
+            vector("altitude_m", altitude_m),
+        )
         cells = as_float("density", density)
         expected = tuple(len(e) - 1 for e in reversed(edges))
         if cells.shape != expected:
@@ -326,9 +337,149 @@ class Sky:
                 "give one value per cell: one less than edges along each axis",
             )
         count = self.wavelength_nm.size
-        coefficients = (per_wavelength(n, v, count) for n, v in (("sigma_s", sigma_s), ("sigma_a", sigma_a)))
+        coefficients = (
+            per_wavelength(n, v, count) for n, v in (("sigma_s", sigma_s), ("sigma_a", sigma_a))
+        )
         raw = self._raw.with_cloud(edges, cells.ravel(), *coefficients, phase._raw)
         made = Sky(raw, self._conditions)
+        made._origin = dict(self._origin)
+        return made
+
+    def bake(
+        self,
+        sun_elevation: tuple[float, float] = (-18.0, 90.0),
+        highest_observer_m: float = 20_000.0,
+        accuracy: str = "default",
+        threads: int | None = None,
+    ) -> Sky:
+        """Solve this air and ground for many suns at once: the same sky, with tables.
+
+        Every later view by ``method="shells"`` comes from the tables, under any sun that :meth:`under` puts above it.
+
+        Parameters
+        ----------
+        sun_elevation : (float, float)
+            Lowest and highest true elevation of the sun. [deg]
+        highest_observer_m : float
+            The highest observer above sea level. [m]
+        accuracy : str
+            ``"preview"``, ``"default"`` or ``"high"``.
+        threads : int, optional
+            1 to 1024; all cores by default.
+
+        Returns
+        -------
+        Sky
+            To be kept by :meth:`save_tables`.
+
+        Examples
+        --------
+        >>> import celaje
+        >>> sky = celaje.sky(sun_elevation=5, wavelengths="450,550,650").bake((-2, 6), accuracy="preview")
+        >>> dusk = sky.under(sun_elevation=-1.5)
+        >>> dusk.radiance([0.0, 180.0], 45.0, method="shells").radiance.shape
+        (2, 3)
+        """
+        lowest, highest = sun_elevation
+        raw = self._raw.bake(
+            (float(lowest), float(highest)),
+            float(highest_observer_m),
+            accuracy,
+            read_threads(threads),
+        )
+        return self._with(raw, self._conditions)
+
+    @property
+    def is_baked(self) -> bool:
+        """Whether it carries tables, made by :meth:`bake` or read by :func:`celaje.tables`."""
+        return self._raw.is_baked
+
+    def under(
+        self,
+        sun_elevation: float,
+        sun_azimuth: float = 180.0,
+        sun_distance_au: float | None = None,
+    ) -> Sky:
+        """The same air and ground under another sun; tables, if there are any, stay.
+
+        Parameters
+        ----------
+        sun_elevation, sun_azimuth : float
+            True direction of the sun, azimuth clockwise from north. [deg]
+        sun_distance_au : float, optional
+            0.9 to 1.1; unchanged by default. Irradiance and size of the disc follow it. [au]
+
+        Returns
+        -------
+        Sky
+            Its conditions are those of before apart from the sun's, and belong to no instant.
+        """
+        distance_au = self._raw.sun_distance_au if sun_distance_au is None else sun_distance_au
+        raw = self._raw.under(float(sun_azimuth), float(sun_elevation), float(distance_au))
+        conditions = raw.conditions()
+        return self._with(raw, None if conditions is None else Conditions._of(conditions))
+
+    def radiance_under(
+        self,
+        sun_elevation: ArrayLike,
+        sun_azimuth: ArrayLike,
+        azimuth_deg: ArrayLike,
+        elevation_deg: ArrayLike,
+        altitude_m: float | None = None,
+        threads: int | None = None,
+    ) -> NDArray[np.float32]:
+        """Spectral radiance in many directions under many suns, from the tables; without the sun's disc.
+
+        Parameters
+        ----------
+        sun_elevation, sun_azimuth : float or array_like, shape (s,)
+            True directions of the sun. A number goes with every value of the other. [deg]
+        azimuth_deg, elevation_deg : float or array_like, shape (n,)
+            Where to look, likewise. [deg]
+        altitude_m : float, optional
+            Observer above sea level; on the ground by default. [m]
+        threads : int, optional
+            1 to 1024; all cores by default.
+
+        Returns
+        -------
+        ndarray of float32, shape (sun, direction, wavelength)
+            [W m⁻² sr⁻¹ nm⁻¹].
+
+        Raises
+        ------
+        InvalidInputError
+            The sky has no tables: :meth:`bake` it.
+        OutOfRangeError
+            A sun or an altitude that the tables are not for.
+        """
+        suns = read_directions(sun_azimuth, sun_elevation)
+        looks = read_directions(azimuth_deg, elevation_deg)
+        return self._raw.radiance_under(*suns, *looks, altitude_m, read_threads(threads))
+
+    def save_tables(self, path: str | os.PathLike[str]) -> None:
+        """Write the tables to a file, whole or not at all; :func:`celaje.tables` reads it.
+
+        Parameters
+        ----------
+        path : str or path
+            Such as ``"air.celaje"``; an older file is overwritten.
+
+        Raises
+        ------
+        InvalidInputError
+            The sky has no tables: :meth:`bake` it.
+        FileError
+            Missing folder, no permission, full disk.
+        """
+        metadata = dict(self._origin)
+        if self._conditions is not None:
+            metadata.update(self._conditions.metadata())
+        metadata["version"] = _core.__version__
+        self._raw.save_tables(os.fspath(path), list(metadata.items()))
+
+    def _with(self, raw: _core.Sky, conditions: Conditions | None) -> Sky:
+        made = Sky(raw, conditions)
         made._origin = dict(self._origin)
         return made
 
@@ -341,15 +492,18 @@ class Sky:
         threads: int | None = None,
         max_order: int | None = None,
         accuracy: str = "default",
+        tilt_deg: float = 0.0,
+        azimuth_deg: float = 180.0,
     ) -> Irradiance:
-        """Spectral irradiance on planes at the observer, direct and diffuse.
+        """Spectral irradiance on a plane at the observer, direct and diffuse.
 
         Parameters
         ----------
         altitude_m : float, optional
             Observer above sea level; on the ground by default. [m]
         method : str, optional
-            ``"path"`` (default), ``"tracker"`` or ``"classic"``.
+            ``"path"`` (default), ``"shells"`` (no noise; the default of a sky with tables), ``"tracker"`` or
+            ``"classic"``.
         spp : int, optional
             Paths for each of the 256 cells of the sky, and of the disc, 64 by default.
         seed : int
@@ -360,6 +514,10 @@ class Sky:
             Count this many scatterings and reflections only; 1 is single scattering.
         accuracy : str
             How finely ``"shells"`` cuts: ``"preview"``, ``"default"`` or ``"high"``.
+        tilt_deg : float
+            Of the plane, from level (0) over upright (90) to facing down (180). [deg]
+        azimuth_deg : float
+            Where a tilted plane faces, clockwise from north. [deg]
 
         Returns
         -------
@@ -382,14 +540,17 @@ class Sky:
         >>> 60e3 < E.lux < 90e3
         True
         """
+        if method is None and spp is None and self.is_baked:
+            method = "shells"
         fields = self._raw.irradiance(
+            (float(tilt_deg), float(azimuth_deg)),
             method,
             accuracy,
-            _count("spp", DEFAULT_SPP if spp is None else spp, MAX_SPP),
-            _count("seed", seed, 2**64 - 1, least=0),
-            _order(max_order),
+            read_count("spp", DEFAULT_SPP if spp is None else spp, MAX_SPP),
+            read_count("seed", seed, 2**64 - 1, least=0),
+            read_order(max_order),
             altitude_m,
-            _threads(threads),
+            read_threads(threads),
         )
         return Irradiance(**fields)
 
@@ -402,233 +563,7 @@ class Sky:
         )
 
 
-def sky(
-    *,
-    at: Place | None = None,
-    time: When | None = None,
-    local: bool = False,
-    altitude: float | None = None,
-    sun_elevation: float | None = None,
-    sun_azimuth: float | None = None,
-    sun_distance_au: float | None = None,
-    aerosol: str | Aerosol | None = None,
-    aod_550: float | None = None,
-    aod: float | None = None,
-    turbidity: float | None = None,
-    visibility: float | None = None,
-    stratosphere: str | None = None,
-    mesosphere: str | None = None,
-    humidity: float | None = None,
-    ozone: float | None = None,
-    ozone_climate: str | None = None,
-    no_ozone: bool = False,
-    no2: float | None = None,
-    water: float | None = None,
-    co2: float | None = None,
-    albedo: float | str | None = None,
-    atmosphere: str | None = None,
-    sun_spectrum: str = "tsis1",
-    wavelengths: str | ArrayLike | None = None,
-) -> Sky:
-    """The sky of a place and a time, or under a sun put anywhere by hand.
-
-    The words are those of the command line. What is not given, the climate tells; ``sky.conditions`` says what and why.
-
-    Parameters
-    ----------
-    at : (float, float) or str, optional
-        Latitude (-90 to 90, north positive) and longitude (-360 to 360, east positive) [deg], or the name of a city:
-        ``"Zaragoza"``, ``"Córdoba, Argentina"``. Needs `time`.
-    time : str, datetime or datetime64, optional
-        Instant, 1900 to 2100: ``"2026-06-21T18:30Z"``, a datetime with a time zone, a datetime64 (which is UTC); or
-        ``"now"``, ``"sunset"``, ``"2026-06-21 civil dusk-10min"``, by the calendar of the place. Needs `at`.
-    local : bool
-        A time without an offset is that of the place's clocks.
-    altitude : float, optional
-        Ground above sea level, -500 to 9000. [m]
-    sun_elevation, sun_azimuth : float, optional
-        True direction of the sun, azimuth clockwise from north (180 by default): instead of `at` and `time`, or in
-        spite of them. [deg]
-    sun_distance_au : float, optional
-        Distance of the sun, 0.9 to 1.1. [au]
-    aerosol : str or Aerosol, optional
-        Aerosol type: bare names are AIAA, ``opac:NAME`` OPAC; ``"climate"`` is what is found for the place. Or an
-        :class:`Aerosol`, such as one of your own.
-    aod_550, aod : float, optional
-        Vertical aerosol optical depth at 550 nm, 0 to 10; two names for one thing. [1]
-    turbidity : float, optional
-        Factor on that optical depth, 0 to 100. [1]
-    visibility : float, optional
-        Visibility at the ground, 0.1 to 400, instead of an optical depth. [km]
-    stratosphere, mesosphere : str, optional
-        Upper aerosols: ``"background"`` (default), ``"volcanic-fresh"``, ``"volcanic-aged"``, ``"none"``; ``"dust"``
-        (default), ``"dust-and-ice"``, ``"none"``.
-    humidity : float, optional
-        Relative humidity of the aerosol, 0 to 99. [%]
-    ozone : float, optional
-        Ozone column, 0 to 1000. [DU]
-    ozone_climate : str, optional
-        Where the ozone column comes from if not given: ``"sbuv"``, ``"van-heuklon"``, ``"arosa"``.
-    no_ozone : bool
-        Leave ozone out.
-    no2 : float, optional
-        Nitrogen dioxide column, 0 to 20, 0 by default. [DU]
-    water : float, optional
-        Precipitable water, 0 to 200. [mm]
-    co2 : float, optional
-        Carbon dioxide, 0 to 10 000. [ppm]
-    albedo : float or str, optional
-        Lambertian reflectance of the ground, 0 to 1, or a preset such as ``"fresh-snow"``. [1]
-    atmosphere : str, optional
-        Reference atmosphere: ``"us76"``, ``"tropical"``, ``"midlatitude-summer"``, …
-    sun_spectrum : str
-        Sunlight above the air: ``"tsis1"``, ``"gueymard2004"`` or ``"classic"``.
-    wavelengths : str or array_like, optional
-        Vacuum, 280 to 2500, increasing; ``"380:780:5"`` by default. [nm]
-
-    Returns
-    -------
-    Sky
-
-    Raises
-    ------
-    OutOfRangeError
-        Message gives name, value, unit, range.
-    UnknownNameError
-        Message gives the known names and the nearest one.
-    InvalidInputError
-        A time without a time zone, a place without a time, a city that is not known or is ambiguous, a sunset that does
-        not happen, …
-
-    Examples
-    --------
-    >>> import celaje
-    >>> sky = celaje.sky(at=(41.65, -0.88), time="2026-06-21T18:30Z", wavelengths="400:700:50")
-    >>> sky.conditions.albedo.reason
-    'broadband mean of the surroundings: grass 50 %, crop 42 %, water 7 %; spectral in use'
-    >>> sky.medium
-    Medium(245 altitudes 417.676 to 100000 m, 7 wavelengths 400 to 700 nm)
-    """
-    own = None
-    if isinstance(aerosol, Aerosol):
-        own, aerosol, humidity = aerosol._for_a_sky(humidity)
-    words = Words(
-        altitude=altitude,
-        sun_elevation=sun_elevation,
-        sun_azimuth=sun_azimuth,
-        sun_distance_au=sun_distance_au,
-        aerosol=aerosol,
-        aod_550=aod_550,
-        aod=aod,
-        turbidity=turbidity,
-        visibility=visibility,
-        stratosphere=stratosphere,
-        mesosphere=mesosphere,
-        humidity=humidity,
-        ozone=ozone,
-        ozone_climate=ozone_climate,
-        no_ozone=no_ozone,
-        no2=no2,
-        water=water,
-        co2=co2,
-        albedo=albedo,
-        atmosphere=atmosphere,
-    )
-    conditions = read_conditions(at, time, local, words)
-    raw = _core.Sky.from_conditions(conditions, wavelength_grid(wavelengths), sun_spectrum, own)
-    in_force = raw.conditions()
-    made = Sky(raw, None if in_force is None else Conditions._of(in_force))
-    made._origin["sun_spectrum"] = sun_spectrum
-    return made
-
-
-def _sensor(
-    projection: str,
-    size: int | str | tuple[int, int],
-    fov: float | None,
-    look: tuple[float, float] | None,
-) -> _core.Sensor:
-    if projection not in PROJECTIONS:
-        known = ", ".join(PROJECTIONS)
-        raise UnknownNameError(
-            f"unknown projection '{projection}'", f"known: {known}", projection, PROJECTIONS
-        )
-    if projection == "latlong" and fov is not None:
-        raise InvalidInputError(
-            "fov has no meaning for latlong, which shows the whole sphere", "leave it out"
-        )
-    if projection != "perspective" and look is not None:
-        raise InvalidInputError(
-            f"look has no meaning for {projection}", 'leave it out, or render("perspective")'
-        )
-    width, height = _size(size, projection == "latlong")
-    if projection == "latlong":
-        return _core.Sensor.latlong(width, height)
-    if projection == "fisheye":
-        return _core.Sensor.fisheye(width, height, 180.0 if fov is None else float(fov))
-    azimuth, elevation = (180.0, 30.0) if look is None else look
-    fov = 90.0 if fov is None else float(fov)
-    return _core.Sensor.perspective(width, height, fov, float(azimuth), float(elevation))
-
-
-def _size(size: int | str | tuple[int, int], latlong: bool) -> tuple[int, int]:
-    try:
-        if isinstance(size, str):
-            parts = [int(part) for part in size.lower().split("x")]
-        else:
-            parts = [int(part) for part in np.atleast_1d(size)]
-            if parts != list(np.atleast_1d(size)):
-                raise ValueError
-        width, height = parts if len(parts) == 2 else (parts[0] * (2 if latlong else 1), *parts)
-    except (TypeError, ValueError, OverflowError):
-        raise InvalidInputError(
-            f"size {size!r} is not understood", 'give pixels such as 512, (512, 256) or "512x256"'
-        ) from None
-    if not (0 < width < 2**40 and 0 < height < 2**40):
-        raise InvalidInputError(
-            f"size {width}x{height} is no size of a picture", "give a size of at least 1x1"
-        )
-    return width, height
-
-
-def _directions(azimuth_deg: ArrayLike, elevation_deg: ArrayLike) -> tuple[Floats, Floats]:
-    azimuth, elevation = vector("azimuth_deg", azimuth_deg), vector("elevation_deg", elevation_deg)
-    if azimuth.size != elevation.size and 1 not in (azimuth.size, elevation.size):
-        raise ShapeMismatchError(
-            f"elevation_deg has shape {elevation.shape}, expected {azimuth.shape}, that of azimuth_deg",
-            "give as many elevations as azimuths",
-        )
-    azimuth, elevation = np.broadcast_arrays(azimuth, elevation)
-    return np.ascontiguousarray(azimuth), np.ascontiguousarray(elevation)
-
-
 def _mean_paths(samples: NDArray[np.uint32]) -> int:
     """Paths per pixel that sees something, on average."""
     lit = samples[samples > 0]
     return round(float(lit.mean())) if lit.size else 0
-
-
-def _count(name: str, value: int, most: int, least: int = 1) -> int:
-    """A whole number in a range that the extension can take."""
-    number = float(value)
-    if not least <= number <= most:
-        allowed = f"[{least}, {most}]"
-        raise OutOfRangeError(
-            f"{name} = {value} is outside {allowed}",
-            f"give a value in {allowed}",
-            name,
-            number,
-            "",
-            allowed,
-        )
-    if number != int(value):
-        raise InvalidInputError(f"{name} = {value} is not a whole number", "round it")
-    return int(value)
-
-
-def _order(max_order: int | None) -> int | None:
-    return None if max_order is None else _count("max_order", max_order, MAX_SPP, least=0)
-
-
-def _threads(threads: int | None) -> int | None:
-    return None if threads is None else _count("threads", threads, 1024)

@@ -60,7 +60,7 @@ const PRINTED_WAVELENGTHS: usize = 9;
 /// Checks everything, takes the air apart, prints, writes every file.
 pub fn run(args: &AtmosphereArgs) -> Result<(), Failure> {
     let mut conditions = args.where_when.conditions(&args.air)?;
-    let wavelength = wavelengths(&args.wavelengths)?;
+    let wavelength = wavelengths(Some(&args.wavelengths))?;
     check_outputs(&args.output)?;
     interrupt::set_targets(&args.output);
 

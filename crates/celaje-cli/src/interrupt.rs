@@ -7,7 +7,7 @@
 //! A signal belongs to the whole process, so this is the one place with global state.
 
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
@@ -17,6 +17,8 @@ use crate::failure::{Failure, INTERRUPTED};
 
 /// How long rendering may take to end by itself; the rest of the 0.2 s is the system's.
 const GRACE: Duration = Duration::from_millis(60);
+/// The grace in force \[ms\].
+static GRACE_MS: AtomicU64 = AtomicU64::new(GRACE.as_millis() as u64);
 
 static RAISED: AtomicBool = AtomicBool::new(false);
 /// Whether the work of this moment looks at the flag.
@@ -30,6 +32,7 @@ pub fn listen() {
     RAISED.store(false, Ordering::SeqCst);
     TOLD.store(false, Ordering::SeqCst);
     STOPPABLE.store(false, Ordering::SeqCst);
+    allow(GRACE);
     set_targets(&[]);
     // A second call within a process finds the handler of the first, which is the same; a system without signals
     // does without.
@@ -42,6 +45,11 @@ pub fn stoppable<T>(work: impl FnOnce(&AtomicBool) -> T) -> T {
     let result = work(&RAISED);
     STOPPABLE.store(false, Ordering::SeqCst);
     result
+}
+
+/// Allows more time, from now on, between Ctrl-C and the end of stoppable work: what is done is to be kept.
+pub fn allow(grace: Duration) {
+    GRACE_MS.store(grace.as_millis() as u64, Ordering::SeqCst);
 }
 
 /// Goes on, unless Ctrl-C was pressed.
@@ -75,7 +83,7 @@ fn tell() {
 fn on_signal() {
     RAISED.store(true, Ordering::SeqCst);
     if STOPPABLE.load(Ordering::SeqCst) {
-        std::thread::sleep(GRACE);
+        std::thread::sleep(Duration::from_millis(GRACE_MS.load(Ordering::SeqCst)));
     }
     for target in TARGETS
         .lock()

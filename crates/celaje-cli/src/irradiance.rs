@@ -3,7 +3,8 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use celaje::irradiance::{Irradiance, SpectralIrradiance};
+use celaje::error::check_range;
+use celaje::irradiance::{Irradiance, SpectralIrradiance, Tilt};
 use celaje::sky::Method;
 use celaje::transport::Goal;
 use celaje::Result;
@@ -18,13 +19,14 @@ use crate::write_stdout;
 #[command(
     allow_negative_numbers = true,
     after_help = "\
-Writes one line per wavelength: direct_normal (the sun's disc on a plane facing it), direct (on a level plane), diffuse (the
-sky without the disc, level), global (the sum) [W m-2 nm-1] and their standard errors. Lines beginning with # come first: the
+Writes one line per wavelength: direct_normal (the sun's disc on a plane facing it), direct (on a level plane, or
+on that of --tilt), diffuse (all else there: the sky and, on a tilted plane, the ground), global (the sum) [W m-2 nm-1] and their standard errors. Lines beginning with # come first: the
 sums over the wavelengths [W m-2], illuminance [lx] and correlated colour temperature [K]. 256 cells of the sky and
 as many of the disc are sampled by --spp paths each.
 
 Example:
-  celaje irradiance --at 41.65,-0.88 --time 2026-06-21T12:00Z"
+  celaje irradiance --at 41.65,-0.88 --time 2026-06-21T12:00Z
+  celaje irradiance --sun-elevation 20 --tilt 35 --tilt-azimuth 180 --method shells"
 )]
 pub struct IrradianceArgs {
     /// Scene file (TOML) with the words of these options; options given here win
@@ -36,6 +38,22 @@ pub struct IrradianceArgs {
     air: Air,
     #[command(flatten)]
     view: View,
+    /// Tilt of the plane from level, degrees, 0 to 180
+    #[arg(
+        long,
+        value_name = "DEG",
+        default_value_t = 0.0,
+        help_heading = "Plane"
+    )]
+    tilt: f64,
+    /// Azimuth that a tilted plane faces, degrees clockwise from north
+    #[arg(
+        long,
+        value_name = "DEG",
+        default_value_t = 180.0,
+        help_heading = "Plane"
+    )]
+    tilt_azimuth: f64,
     #[command(flatten)]
     method: MethodOptions,
 }
@@ -56,7 +74,14 @@ pub fn run(args: &IrradianceArgs) -> std::result::Result<(), Failure> {
             "give --spp N, and look at the columns se_",
         ));
     }
-    let irradiance = plan.on_threads(|| plan.measure(&plan.sky()?, args.method.progress))?;
+    check_range("tilt", args.tilt, "deg", 0.0..=180.0)?;
+    check_range("tilt azimuth", args.tilt_azimuth, "deg", -360.0..=360.0)?;
+    let plane = Tilt {
+        tilt_deg: args.tilt,
+        azimuth_deg: args.tilt_azimuth,
+    };
+    let irradiance =
+        plan.on_threads(|| plan.measure(&plan.sky()?, &plane, args.method.progress))?;
     write_stdout(&output(&irradiance)?)
 }
 

@@ -1,13 +1,17 @@
-//! The command line of celaje: `celaje render`, `radiance`, `irradiance`, `explain`, `atmosphere`, `merge`, `list`.
+//! The command line of celaje: `celaje render`, `film`, `bake`, `radiance`, `irradiance`, `explain`, `atmosphere`, `merge`,
+//! `list`.
 //!
 //! [`run`] is the whole command; the program `celaje` and the Python package both call it. Data go to stdout and
 //! into files, everything else to stderr. Everything that a user can get wrong is checked before any work begins.
 //!
 //! One file per command; `options` holds what they share, `scene` turns a scene file into options.
 
+mod air;
 mod atmosphere;
+mod bake;
 mod explain;
 mod failure;
+mod film;
 mod interrupt;
 mod irradiance;
 mod list;
@@ -45,6 +49,8 @@ Exit codes: 0 done, 1 failed, 2 bad usage, 130 interrupted.";
 #[derive(Debug, Subcommand)]
 enum Command {
     Render(render::RenderArgs),
+    Film(film::FilmArgs),
+    Bake(bake::BakeArgs),
     Radiance(radiance::RadianceArgs),
     Irradiance(irradiance::IrradianceArgs),
     Explain(explain::ExplainArgs),
@@ -90,6 +96,8 @@ fn dispatch(args: &[OsString]) -> Result<(), Failure> {
     let cli = Cli::from_arg_matches(&matches).map_err(|e| usage_failure(&e))?;
     match cli.command {
         Command::Render(args) => render::run(&args),
+        Command::Bake(args) => bake::run(&args),
+        Command::Film(args) => film::run(&args),
         Command::Radiance(args) => radiance::run(&args),
         Command::Irradiance(args) => irradiance::run(&args),
         Command::Explain(args) => explain::run(&args),

@@ -1,15 +1,16 @@
 //! The options that commands share, and what the library makes of them.
 
 use std::num::NonZeroUsize;
+use std::path::PathBuf;
 use std::time::Duration;
 
-use celaje::climate::{Albedo, Conditions, Overrides, OzoneClimate};
+use celaje::bake::BakeOptions;
+use celaje::climate::Conditions;
 use celaje::colour::{Exposure, Look, Observer, ToneCurve};
-use celaje::composition::aerosol::AerosolType;
-use celaje::composition::upper::{Mesosphere, Stratosphere};
 use celaje::error::check_range;
-use celaje::irradiance::Irradiance;
-use celaje::place::{parse_time, Site};
+use celaje::irradiance::{Irradiance, Tilt};
+use celaje::place::SunPosition;
+use celaje::residual::Residual;
 use celaje::sensor::{Fisheye, LatLong, Perspective, Sensor, PROJECTIONS};
 use celaje::sky::{Method, Polarised, RenderOptions, SunDisc};
 use celaje::spectrum::SolarSpectrum;
@@ -17,98 +18,19 @@ use celaje::transport::{Accuracy, Budget, Goal, Keep, Outcome, Partial, Reins, M
 use celaje::{Error, Film, Sky, WavelengthGrid};
 use clap::{Args, ValueEnum};
 
+pub use crate::air::{Air, WhereWhen};
+use crate::bake::{of_the_sun, Baked};
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::progress::{Progress, ProgressMode};
-
-/// Place and time, or the sun alone.
-#[derive(Debug, Clone, Args)]
-#[command(next_help_heading = "Where and when")]
-pub struct WhereWhen {
-    /// Place: latitude (north positive) and longitude (east positive), degrees, or the name of a city
-    #[arg(long, value_name = "LAT,LON|NAME", allow_hyphen_values = true)]
-    at: Option<String>,
-    /// Altitude of the ground above sea level, m, -500 to 9000 [default: climate]
-    #[arg(long, value_name = "M")]
-    altitude: Option<f64>,
-    /// Instant, UTC or with an offset, 1900 to 2100: 2026-06-21T18:30Z; now; or sunset, "civil dusk", "2026-06-21 noon-1h"
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
-    time: Option<String>,
-    /// Read the time in the place's own time zone: --time 2026-06-21T20:30 --local
-    #[arg(long)]
-    local: bool,
-    /// True elevation of the sun, degrees, instead of place and time or of what they say
-    #[arg(long, value_name = "DEG")]
-    sun_elevation: Option<f64>,
-    /// Azimuth of the sun, degrees clockwise from north [default: 180 without a place]
-    #[arg(long, value_name = "DEG")]
-    sun_azimuth: Option<f64>,
-}
-
-/// What the air holds, what it stands on, what shines on it.
-#[derive(Debug, Clone, Args)]
-#[command(next_help_heading = "Air, ground and sunlight")]
-pub struct Air {
-    /// Aerosol type: bare names are AIAA, opac:NAME OPAC (celaje list aerosols) [default: climate]
-    #[arg(long, value_name = "TYPE")]
-    aerosol: Option<String>,
-    /// Optical depth of the aerosol at 550 nm, vertical, from the ground up, 0 to 10 [default: climate]
-    #[arg(long, value_name = "TAU")]
-    aod: Option<f64>,
-    /// Factor on that optical depth, 0 to 100 [default: 1]
-    #[arg(long, value_name = "X")]
-    turbidity: Option<f64>,
-    /// Visibility at the ground, km, 0.1 to 400, instead of an optical depth
-    #[arg(long, value_name = "KM")]
-    visibility: Option<f64>,
-    /// As much aerosol as its type's own definition has, times --turbidity, instead of an optical depth
-    #[arg(long)]
-    as_tabulated: bool,
-    /// Aerosol of the stratosphere: background, volcanic-fresh, volcanic-aged, none [default: background]
-    #[arg(long, value_name = "NAME")]
-    stratosphere: Option<String>,
-    /// Aerosol of the mesosphere: dust, dust-and-ice, none [default: dust]
-    #[arg(long, value_name = "NAME")]
-    mesosphere: Option<String>,
-    /// Relative humidity in which the aerosol swells, %, 0 to 99 [default: climate]
-    #[arg(long, value_name = "PERCENT")]
-    humidity: Option<f64>,
-    /// Ozone column, Dobson units, 0 to 1000 [default: climate]
-    #[arg(long, value_name = "DU")]
-    ozone: Option<f64>,
-    /// Where the ozone column comes from, if not given (celaje list ozone-climates) [default: sbuv]
-    #[arg(long, value_name = "NAME")]
-    ozone_climate: Option<String>,
-    /// Nitrogen dioxide column, Dobson units, 0 to 20 [default: 0]
-    #[arg(long, value_name = "DU")]
-    no2: Option<f64>,
-    /// Precipitable water, mm, 0 to 200 [default: climate]
-    #[arg(long, value_name = "MM")]
-    water: Option<f64>,
-    /// Carbon dioxide, ppm, 0 to 10000 [default: climate]
-    #[arg(long, value_name = "PPM")]
-    co2: Option<f64>,
-    /// Leave ozone out
-    #[arg(long)]
-    no_ozone: bool,
-    /// Albedo of the ground, 0 to 1, or a preset (celaje list albedos) [default: climate]
-    #[arg(long, value_name = "A|PRESET")]
-    albedo: Option<String>,
-    /// Reference atmosphere (celaje list atmospheres) [default: climate]
-    #[arg(long, value_name = "NAME")]
-    atmosphere: Option<String>,
-    /// Spectrum of the sun above the air (celaje list suns)
-    #[arg(long, value_name = "NAME", default_value = SolarSpectrum::Tsis1.name())]
-    sun_spectrum: String,
-}
 
 /// From where, and at which wavelengths.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "View")]
 pub struct View {
-    /// Vacuum wavelengths, nm, 280 to 2500: START:STOP:STEP or a list such as 450,550,650
-    #[arg(long, value_name = "NM", default_value = "380:780:5")]
-    wavelengths: String,
+    /// Vacuum wavelengths, nm, 280 to 2500: START:STOP:STEP or a list such as 450,550,650 [default: 380:780:5]
+    #[arg(long, value_name = "NM")]
+    wavelengths: Option<String>,
     /// Observer above sea level, m, anywhere from the ground into space [default: on the ground]
     #[arg(long, value_name = "M")]
     observer_altitude: Option<f64>,
@@ -179,6 +101,9 @@ pub struct MethodOptions {
     /// Follow paths for this long: 60s, 5min, 2h; the batch of paths under way is finished
     #[arg(long, value_name = "TIME")]
     time_limit: Option<String>,
+    /// Tables that celaje bake has made: air and ground come from there, any sun and view cost next to nothing
+    #[arg(long, value_name = "FILE")]
+    tables: Option<PathBuf>,
     /// Count this many scatterings and reflections only [default: all]
     #[arg(long, value_name = "N")]
     max_order: Option<u32>,
@@ -222,75 +147,6 @@ pub struct Colour {
     exposure: String,
 }
 
-impl WhereWhen {
-    /// The conditions there and then, everything checked.
-    pub fn conditions(&self, air: &Air) -> Result<Conditions, Failure> {
-        let overrides = self.overrides(air)?;
-        let conditions = match (&self.at, &self.time, self.sun_elevation) {
-            (Some(at), Some(time), _) => {
-                let site = Site::parse(at)?;
-                let instant = parse_time(time, &site, self.local)?;
-                Conditions::at(&site, &instant, &overrides)?
-            }
-            (None, None, Some(elevation_deg)) => {
-                let azimuth_deg = self.sun_azimuth.unwrap_or(180.0);
-                Conditions::from_sun(elevation_deg, azimuth_deg, &overrides)?
-            }
-            (at, time, _) => return Err(incomplete(at.is_some(), time.is_some())),
-        };
-        // Names are looked up where things are composed: an unknown one is refused here, before any work.
-        AerosolType::of_conditions(&conditions)?;
-        Stratosphere::named(&conditions.stratosphere.value)?;
-        Mesosphere::named(&conditions.mesosphere.value)?;
-        Ok(conditions)
-    }
-
-    fn overrides(&self, air: &Air) -> Result<Overrides, Failure> {
-        let ozone_climate = air.ozone_climate.as_deref().map(OzoneClimate::named);
-        let albedo = air.albedo.as_deref().map(str::parse::<Albedo>);
-        Ok(Overrides {
-            altitude_m: self.altitude,
-            sun_elevation_deg: self.sun_elevation,
-            sun_azimuth_deg: self.sun_azimuth,
-            atmosphere: air.atmosphere.clone(),
-            ozone_du: air.ozone,
-            ozone_climate: ozone_climate.transpose()?,
-            no_ozone: air.no_ozone,
-            aerosol: air.aerosol.clone(),
-            aod_550: air.aod,
-            turbidity: air.turbidity,
-            humidity_percent: air.humidity,
-            albedo: albedo.transpose()?,
-            visibility_km: air.visibility,
-            aerosol_as_tabulated: air.as_tabulated,
-            no2_du: air.no2,
-            water_mm: air.water,
-            co2_ppm: air.co2,
-            stratosphere: air.stratosphere.clone(),
-            mesosphere: air.mesosphere.clone(),
-            ..Overrides::default()
-        })
-    }
-}
-
-fn incomplete(place: bool, time: bool) -> Failure {
-    let (message, hint) = match (place, time) {
-        (true, _) => (
-            "a place is given, but no time",
-            "add --time, such as --time 2026-06-21T18:30Z",
-        ),
-        (_, true) => (
-            "a time is given, but no place",
-            "add --at LAT,LON, such as --at 41.65,-0.88",
-        ),
-        _ => (
-            "neither place and time nor the sun is given",
-            "give --at 41.65,-0.88 --time 2026-06-21T18:30Z, or --sun-elevation 10",
-        ),
-    };
-    Failure::usage(message, hint)
-}
-
 /// Everything checked that a sky is built from; building it takes a while.
 pub struct Plan {
     /// What was found or given.
@@ -304,6 +160,7 @@ pub struct Plan {
     /// How much is enough.
     pub goal: Goal,
     threads: Option<NonZeroUsize>,
+    baked: Option<Baked>,
 }
 
 impl Plan {
@@ -316,8 +173,21 @@ impl Plan {
         disc: Disc,
         default: (Method, u64),
     ) -> Result<Self, Failure> {
-        let conditions = where_when.conditions(air)?;
-        let ground_m = conditions.altitude_m.value;
+        let baked = method.tables.as_deref().map(|path| Baked::load(path, air));
+        let baked = baked.transpose()?;
+        let conditions = match &baked {
+            Some(tables) => where_when.sun_or(&tables.sun()?, air)?,
+            None => where_when.conditions(air)?,
+        };
+        let wavelength = match &baked {
+            Some(tables) => tables_wavelengths(tables, view)?,
+            None => wavelengths(view.wavelengths.as_deref())?,
+        };
+        // The ground of tables is their own; whoever looks from below it is told so when it is looked at.
+        let ground_m = match &baked {
+            Some(_) => -1e4,
+            None => conditions.altitude_m.value,
+        };
         if let Some(altitude_m) = view.observer_altitude {
             // Up to the distance of the Sun's own planets there is nothing to go wrong; below the ground there is.
             check_range("observer altitude", altitude_m, "m", ground_m..=1e9)?;
@@ -335,6 +205,9 @@ impl Plan {
         let default_method =
             if method.spp.is_some() || open_ended || method.polarised == Some(Switch::On) {
                 Method::Path
+            } else if baked.is_some() {
+                // Who gives tables wants them used.
+                Method::Shells
             } else {
                 default.0
             };
@@ -363,8 +236,8 @@ impl Plan {
         };
         Ok(Self {
             conditions,
-            wavelength: wavelengths(&view.wavelengths)?,
-            solar: SolarSpectrum::named(&air.sun_spectrum)?,
+            wavelength,
+            solar: air.solar()?,
             options: RenderOptions {
                 accuracy: Accuracy::named(&method.accuracy)?,
                 method: solver,
@@ -379,11 +252,86 @@ impl Plan {
             },
             goal,
             threads: method.threads,
+            baked,
         })
     }
 
-    /// Builds the sky.
+    /// Checks the options of a sky to be baked; without a place and a sun, the air is that of no place.
+    pub fn to_bake(
+        where_when: &WhereWhen,
+        air: &Air,
+        wavelengths_nm: Option<&str>,
+    ) -> Result<Self, Failure> {
+        let anywhere = SunPosition::new(180.0, 45.0, 1.0)?;
+        Ok(Self {
+            conditions: where_when.sun_or(&anywhere, air)?,
+            wavelength: wavelengths(wavelengths_nm)?,
+            solar: air.solar()?,
+            options: RenderOptions {
+                method: Method::Shells,
+                polarised: Polarised::default(),
+                accuracy: Accuracy::default(),
+                budget: Budget {
+                    spp: 1,
+                    seed: 0,
+                    max_order: None,
+                },
+                sun_disc: SunDisc::On,
+                altitude_m: None,
+            },
+            goal: Goal::default(),
+            threads: None,
+            baked: None,
+        })
+    }
+
+    /// What a file says of the sky: the conditions, and what came with the tables if there are any.
+    pub fn origin(&self) -> Vec<(String, String)> {
+        let mut entries = condition_entries(&self.conditions);
+        if self.baked.is_some() {
+            // Of the conditions beside tables only the sun's are in force.
+            entries.retain(|(name, _)| of_the_sun(name));
+        }
+        match &self.baked {
+            Some(tables) => entries.extend(tables.origin.iter().cloned()),
+            None => entries.push(("sun_spectrum".to_owned(), self.solar.name().to_owned())),
+        }
+        entries
+    }
+
+    /// Where the sun stands along a film.
+    pub fn suns(
+        &self,
+        where_when: &WhereWhen,
+        until: &str,
+        frames: usize,
+    ) -> Result<Vec<SunPosition>, Failure> {
+        where_when.suns(&self.conditions, until, frames)
+    }
+
+    /// The sky with its tables, which may have to be solved for so many suns first.
+    pub fn baked_for(&self, suns: &[SunPosition]) -> Result<Sky, Failure> {
+        let sky = self.sky()?;
+        if sky.tables.is_some() {
+            return Ok(sky);
+        }
+        let elevation = |pick: fn(f64, f64) -> f64| {
+            let all = suns.iter().map(SunPosition::elevation_deg);
+            all.fold(suns.first().map_or(0.0, SunPosition::elevation_deg), pick)
+        };
+        let options = BakeOptions {
+            sun_elevation_deg: (elevation(f64::min), elevation(f64::max)),
+            highest_observer_m: self.options.altitude_m.unwrap_or(sky.ground_altitude_m()),
+            accuracy: self.options.accuracy,
+        };
+        Ok(interrupt::stoppable(|flag| sky.baked(&options, flag))?)
+    }
+
+    /// Builds the sky, or takes it from the tables.
     pub fn sky(&self) -> Result<Sky, Failure> {
+        if let Some(tables) = &self.baked {
+            return tables.under(&self.conditions.sun()?);
+        }
         Ok(Sky::new(
             self.conditions.clone(),
             &self.wavelength,
@@ -441,12 +389,32 @@ impl Plan {
         Ok(outcome)
     }
 
-    /// Measures irradiance, with progress, until it is done or the user has enough.
-    pub fn measure(&self, sky: &Sky, mode: ProgressMode) -> Result<Irradiance, Failure> {
+    /// Compares a picture with the reference, with progress.
+    pub fn check(
+        &self,
+        sky: &Sky,
+        sensor: &dyn Sensor,
+        spp: u32,
+        mode: ProgressMode,
+    ) -> Result<Residual, Failure> {
         let progress = Progress::start(mode);
         let report = |done, total| progress.report(done, total);
         Ok(interrupt::stoppable(|flag| {
-            sky.irradiance(&self.options, flag, &report)
+            sky.residual(sensor, &self.options, spp, flag, &report)
+        })?)
+    }
+
+    /// Measures irradiance, with progress, until it is done or the user has enough.
+    pub fn measure(
+        &self,
+        sky: &Sky,
+        plane: &Tilt,
+        mode: ProgressMode,
+    ) -> Result<Irradiance, Failure> {
+        let progress = Progress::start(mode);
+        let report = |done, total| progress.report(done, total);
+        Ok(interrupt::stoppable(|flag| {
+            sky.irradiance(plane, &self.options, flag, &report)
         })?)
     }
 
@@ -479,6 +447,17 @@ impl MethodOptions {
 }
 
 impl Picture {
+    /// The same picture with at most so many pixels on its longer side.
+    pub fn small(&self, most: usize) -> Result<Self, Failure> {
+        let (width, height) = size(&self.size, self.projection == "latlong")?;
+        let shrink = most as f64 / width.max(height) as f64;
+        let side = |pixels: usize| ((pixels as f64 * shrink.min(1.0)).round() as usize).max(1);
+        Ok(Self {
+            size: format!("{}x{}", side(width), side(height)),
+            ..self.clone()
+        })
+    }
+
     /// The sensor, small enough to be rendered at so many wavelengths.
     pub fn sensor(&self, wavelengths: usize) -> Result<Box<dyn Sensor>, Failure> {
         let known = PROJECTIONS.map(|(name, _)| name.to_owned()).to_vec();
@@ -547,8 +526,23 @@ pub fn condition_entries(conditions: &Conditions) -> Vec<(String, String)> {
     entries
 }
 
-/// `START:STOP:STEP`, or a list with commas.
-pub fn wavelengths(text: &str) -> Result<WavelengthGrid, Failure> {
+/// The wavelengths of tables, which nobody may change.
+fn tables_wavelengths(tables: &Baked, view: &View) -> Result<WavelengthGrid, Failure> {
+    let own = WavelengthGrid::new(tables.wavelength_nm().to_vec())?;
+    if view.wavelengths.is_some() && wavelengths(view.wavelengths.as_deref())? != own {
+        return Err(Failure::usage(
+            "--wavelengths are not those of the tables",
+            "leave --wavelengths out, or bake other tables with them",
+        ));
+    }
+    Ok(own)
+}
+
+/// `START:STOP:STEP`, or a list with commas; 380:780:5 if nothing is given.
+pub fn wavelengths(text: Option<&str>) -> Result<WavelengthGrid, Failure> {
+    let Some(text) = text else {
+        return Ok(WavelengthGrid::default());
+    };
     let separator = if text.contains(':') { ':' } else { ',' };
     let numbers: Option<Vec<f64>> = text
         .split(separator)

@@ -16,9 +16,8 @@ use clap::Args;
 use crate::explain::night;
 use crate::failure::Failure;
 use crate::interrupt;
-use crate::options::{
-    condition_entries, Air, Colour, MethodOptions, Picture, Plan, View, WhereWhen,
-};
+use crate::options::{Air, Colour, MethodOptions, Picture, Plan, View, WhereWhen};
+use crate::progress::ProgressMode;
 
 /// Render the sky to .png, .exr, .hdr, .nc
 #[derive(Debug, Args)]
@@ -32,7 +31,8 @@ with CF names: the same spectra without Q, U and V, and where each pixel looks.
 Examples:
   celaje render --at -33.4,-70.6 --time 2026-06-21T09:30-04:00 -o dawn.png
   celaje render --sun-elevation -4 --projection latlong --size 512 -o twilight.exr
-  celaje render scene.toml --aod 0.4 -o hazy.png"
+  celaje render scene.toml --aod 0.4 -o hazy.png
+  celaje render --sun-elevation 3 --check -o sky.exr"
 )]
 pub struct RenderArgs {
     /// Scene file (TOML) with the words of these options; options given here win
@@ -54,6 +54,9 @@ pub struct RenderArgs {
     /// Keep what is finished in this file every few seconds, and go on from it if it exists; removed in the end
     #[arg(long, value_name = "FILE", help_heading = "Method")]
     checkpoint: Option<PathBuf>,
+    /// Compare the method shells with path at 50 directions of the picture, on stderr and in the file
+    #[arg(long, help_heading = "Method")]
+    check: bool,
     #[command(flatten)]
     colour: Colour,
 }
@@ -70,6 +73,12 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         disc,
         default,
     )?;
+    if args.check && plan.options.method != Method::Shells {
+        return Err(Failure::usage(
+            "--check compares the method shells with path; another method was asked for",
+            "leave --check out, or --method and --spp",
+        ));
+    }
     let sensor = args.picture.sensor(plan.wavelength.len())?;
     let look = args.colour.look()?;
     check_outputs(&args.output)?;
@@ -98,7 +107,10 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         };
         let film = outcome.film;
         let rendered_s = start.elapsed().as_secs_f64();
-        let metadata = with_paths(metadata, &film, &plan);
+        let mut metadata = with_paths(metadata, &film, &plan);
+        if args.check {
+            metadata.extend(check(&plan, &sky, sensor, args.method.progress)?);
+        }
         for path in &args.output {
             interrupt::check()?;
             save(path, &film, &look, Some(sensor), &metadata)?;
@@ -155,11 +167,49 @@ fn look_with_checkpoint(
     plan.look_and_keep(sky, sensor, args.method.progress, resume, Some(&keep))
 }
 
+/// Paths in each direction of a check.
+const CHECK_SPP: u32 = 2048;
+
+/// Compares with the reference, tells the user, and returns what a file is to say of it.
+fn check(
+    plan: &Plan,
+    sky: &Sky,
+    sensor: &dyn Sensor,
+    mode: ProgressMode,
+) -> Result<Vec<(String, String)>, Failure> {
+    let residual = plan.check(sky, sensor, CHECK_SPP, mode)?;
+    let percent = |x: f64| 100.0 * x;
+    let (mean, mean_error) = residual.mean();
+    let (azimuth, elevation, worst, worst_error) = residual.worst();
+    let mean = format!("{:+.2} ± {:.2} %", percent(mean), percent(mean_error));
+    let rms = format!("{:.2} %", percent(residual.rms()));
+    let worst = format!(
+        "{:+.2} ± {:.2} % at azimuth {azimuth:.0}, elevation {elevation:.1} deg",
+        percent(worst),
+        percent(worst_error)
+    );
+    let count = residual.directions.len();
+    eprintln!(
+        "shells over path less one in {count} directions of {CHECK_SPP} paths: mean {mean}; rms {rms} without the noise; \
+         worst {worst}"
+    );
+    Ok(vec![
+        ("check_directions".to_owned(), count.to_string()),
+        ("check_mean".to_owned(), mean),
+        ("check_rms".to_owned(), rms),
+        ("check_worst".to_owned(), worst),
+    ])
+}
+
+/// The failure of a command that is to write nothing.
+pub fn no_output(hint: &str) -> Failure {
+    Failure::usage("no file to write is given", hint)
+}
+
 /// Makes sure that every file can be written, before hours are spent on it.
 pub fn check_outputs(paths: &[PathBuf]) -> Result<(), Failure> {
     if paths.is_empty() {
-        return Err(Failure::usage(
-            "no file to write is given",
+        return Err(no_output(
             "add -o sky.png, -o sky.exr, -o sky.hdr or -o sky.nc",
         ));
     }
@@ -180,17 +230,20 @@ pub fn check_outputs(paths: &[PathBuf]) -> Result<(), Failure> {
 
 /// What a file says of how it came about. Names stay below 25 characters: with `celaje.` before them they are then legal
 /// in every version of EXR.
-fn metadata(plan: &Plan, sky: &Sky, sensor: &dyn Sensor) -> Vec<(String, String)> {
-    let mut entries = condition_entries(&plan.conditions);
+pub fn metadata(plan: &Plan, sky: &Sky, sensor: &dyn Sensor) -> Vec<(String, String)> {
+    let mut entries = plan.origin();
+    let accuracy_told = entries.iter().any(|(name, _)| name == "accuracy");
     let mut add = |name: &str, value: String| entries.push((name.to_owned(), value));
     let options = &plan.options;
     let altitude_m = options.altitude_m.unwrap_or(sky.ground_altitude_m());
     add("observer_altitude_m", altitude_m.to_string());
-    add("sun_spectrum", plan.solar.name().to_owned());
     add("sun_disc", format!("{:?}", options.sun_disc).to_lowercase());
     add("method", format!("{:?}", options.method).to_lowercase());
     if options.method == Method::Shells {
-        add("accuracy", options.accuracy.name().to_owned());
+        // Tables have brought their own.
+        if !accuracy_told {
+            add("accuracy", options.accuracy.name().to_owned());
+        }
     } else {
         add("spp", options.budget.spp.to_string());
         add("seed", options.budget.seed.to_string());

@@ -1,10 +1,16 @@
 //! A sky, and looking at it.
 
+use std::path::Path;
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 
+use celaje::bake::BakeOptions;
 use celaje::composition::aerosol::AerosolType;
 use celaje::error::check_range;
+use celaje::irradiance::Tilt;
+use celaje::math::Vec3;
 use celaje::medium::{GridBox, GriddedMedium};
+use celaje::place::SunPosition;
 use celaje::sky::{Method, Polarised, RenderOptions, SunDisc};
 use celaje::spectrum::SolarSpectrum;
 use celaje::transport::{Accuracy, Budget, Goal, Reins};
@@ -229,10 +235,11 @@ impl Sky {
     }
 
     /// What falls on planes at the observer, with illuminance \[lx\] and colour temperature \[K\] of the global part.
-    #[pyo3(signature = (method, accuracy, spp, seed, max_order, altitude_m, threads))]
+    #[pyo3(signature = (tilt, method, accuracy, spp, seed, max_order, altitude_m, threads))]
     fn irradiance<'py>(
         &self,
         py: Python<'py>,
+        tilt: (f64, f64),
         method: Option<&str>,
         accuracy: &str,
         spp: u32,
@@ -241,6 +248,11 @@ impl Sky {
         altitude_m: Option<f64>,
         threads: Option<usize>,
     ) -> Outcome<Bound<'py, PyDict>> {
+        let (tilt_deg, azimuth_deg) = tilt;
+        let plane = Tilt {
+            tilt_deg,
+            azimuth_deg,
+        };
         let options = render_options(
             method,
             accuracy,
@@ -249,7 +261,7 @@ impl Sky {
             altitude_m,
         )?;
         let e = interruptible(py, threads, |cancel| {
-            self.inner.irradiance(&options, cancel, &|_, _| ())
+            self.inner.irradiance(&plane, &options, cancel, &|_, _| ())
         })?;
         let fields = PyDict::new(py);
         fields.set_item("lux", e.global.lux(&e.wavelength_nm)?)?;
@@ -270,6 +282,93 @@ impl Sky {
             fields.set_item(error_name, part.standard_error.into_pyarray(py))?;
         }
         Ok(fields)
+    }
+
+    /// The same sky with tables for suns of a range of elevations \[deg\].
+    #[pyo3(signature = (sun_elevation_deg, highest_observer_m, accuracy, threads))]
+    fn bake(
+        &self,
+        py: Python<'_>,
+        sun_elevation_deg: (f64, f64),
+        highest_observer_m: f64,
+        accuracy: &str,
+        threads: Option<usize>,
+    ) -> Outcome<Self> {
+        let options = BakeOptions {
+            accuracy: Accuracy::named(accuracy)?,
+            sun_elevation_deg,
+            highest_observer_m,
+        };
+        let inner = interruptible(py, threads, |cancel| self.inner.baked(&options, cancel))?;
+        Ok(Self { inner })
+    }
+
+    /// The same air under another sun.
+    fn under(&self, azimuth_deg: f64, elevation_deg: f64, distance_au: f64) -> Outcome<Self> {
+        let sun = SunPosition::new(azimuth_deg, elevation_deg, distance_au)?;
+        let inner = self.inner.under(&sun)?;
+        Ok(Self { inner })
+    }
+
+    /// Distance of the sun \[au\].
+    #[getter]
+    fn sun_distance_au(&self) -> f64 {
+        self.inner.sun_distance_au
+    }
+
+    /// Whether it has tables.
+    #[getter]
+    fn is_baked(&self) -> bool {
+        self.inner.tables.is_some()
+    }
+
+    /// Radiance \[W m⁻² sr⁻¹ nm⁻¹\] for every sun and every direction, shape (sun, direction, wavelength).
+    #[pyo3(signature = (sun_azimuth_deg, sun_elevation_deg, azimuth_deg, elevation_deg, altitude_m, threads))]
+    fn radiance_under<'py>(
+        &self,
+        py: Python<'py>,
+        sun_azimuth_deg: PyReadonlyArray1<'py, f64>,
+        sun_elevation_deg: PyReadonlyArray1<'py, f64>,
+        azimuth_deg: PyReadonlyArray1<'py, f64>,
+        elevation_deg: PyReadonlyArray1<'py, f64>,
+        altitude_m: Option<f64>,
+        threads: Option<usize>,
+    ) -> Outcome<Bound<'py, PyArray3<f32>>> {
+        let distance_au = self.inner.sun_distance_au;
+        let pairs = |a: &[f64], b: &[f64]| -> Vec<(f64, f64)> {
+            a.iter().copied().zip(b.iter().copied()).collect()
+        };
+        let suns: Vec<SunPosition> =
+            pairs(sun_azimuth_deg.as_slice()?, sun_elevation_deg.as_slice()?)
+                .into_iter()
+                .map(|(a, e)| SunPosition::new(a, e, distance_au))
+                .collect::<celaje::Result<_>>()?;
+        let looks: Vec<Vec3> = pairs(azimuth_deg.as_slice()?, elevation_deg.as_slice()?)
+            .into_iter()
+            .map(|(a, e)| Vec3::from_azimuth_elevation_deg(a, e))
+            .collect();
+        let shape = [suns.len(), looks.len(), self.inner.wavelength_nm().len()];
+        let radiance = interruptible(py, threads, |cancel| {
+            let mut all = Vec::new();
+            for sun in &suns {
+                if cancel.load(Ordering::Relaxed) {
+                    return Err(Error::Interrupted);
+                }
+                all.extend(self.inner.radiance_under(&[*sun], &looks, altitude_m)?);
+            }
+            Ok(all)
+        })?;
+        Ok(radiance.into_pyarray(py).reshape(shape)?)
+    }
+
+    fn save_tables(&self, path: &str, origin: Vec<(String, String)>) -> Outcome<()> {
+        Ok(self.inner.save_tables(Path::new(path), &origin)?)
+    }
+
+    #[staticmethod]
+    fn load_tables(path: &str) -> Outcome<(Self, Vec<(String, String)>)> {
+        let (inner, origin) = celaje::Sky::load_tables(Path::new(path))?;
+        Ok((Self { inner }, origin))
     }
 }
 

@@ -4,11 +4,11 @@ use std::f64::consts::{PI, TAU};
 use std::sync::atomic::AtomicBool;
 
 use crate::colour::{correlated_colour_temperature, Cct, Observer, SpectrumToXyz};
-use crate::error::Result;
+use crate::error::{check_range, Result};
 use crate::film::Film;
 use crate::math::Vec3;
 use crate::sensor::Sensor;
-use crate::sky::{Polarised, RenderOptions, Sky, SunDisc};
+use crate::sky::{Method, Polarised, RenderOptions, Sky, SunDisc};
 use crate::spectrum::WavelengthGrid;
 use crate::transport::SunLight;
 
@@ -24,6 +24,33 @@ pub struct SpectralIrradiance {
     pub standard_error: Vec<f64>,
 }
 
+/// How a plane stands that light falls on.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Tilt {
+    /// From level, which is 0, over upright, 90, to facing down, 180 \[deg\].
+    pub tilt_deg: f64,
+    /// Where it faces if it is tilted, clockwise from north \[deg\].
+    pub azimuth_deg: f64,
+}
+
+impl Tilt {
+    /// Unit vector that the plane faces.
+    ///
+    /// # Errors
+    /// [`crate::Error::OutOfRange`] for a tilt outside 0 to 180 or an azimuth outside −360 to 360.
+    fn normal(&self) -> Result<Vec3> {
+        check_range("tilt", self.tilt_deg, "deg", 0.0..=180.0)?;
+        check_range("tilt azimuth", self.azimuth_deg, "deg", -360.0..=360.0)?;
+        if self.tilt_deg == 0.0 {
+            return Ok(Vec3::new(0.0, 0.0, 1.0));
+        }
+        Ok(Vec3::from_azimuth_elevation_deg(
+            self.azimuth_deg,
+            90.0 - self.tilt_deg,
+        ))
+    }
+}
+
 /// What falls on a plane at the observer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Irradiance {
@@ -31,11 +58,11 @@ pub struct Irradiance {
     pub wavelength_nm: Vec<f64>,
     /// From the sun's disc on a plane facing it.
     pub direct_normal: SpectralIrradiance,
-    /// From the sun's disc on a level plane.
+    /// From the sun's disc on the plane.
     pub direct: SpectralIrradiance,
-    /// From the sky without the disc on a level plane, which looks up.
+    /// From all else on the plane: the sky without the disc and, where the plane is tilted, the ground.
     pub diffuse: SpectralIrradiance,
-    /// Sum of direct and diffuse on a level plane.
+    /// Sum of direct and diffuse.
     pub global: SpectralIrradiance,
 }
 
@@ -101,17 +128,19 @@ impl SpectralIrradiance {
 }
 
 impl Sky {
-    /// Irradiance at the observer, direct and diffuse, on planes that look up and at the sun.
+    /// Irradiance at the observer, direct and diffuse, on a plane and, of the direct light, on one that faces the sun.
     ///
-    /// Both are integrals of radiance by Monte Carlo: the diffuse one over the upper hemisphere, directions drawn in
-    /// proportion to the cosine, `E = π ⟨L⟩`; the direct one over the disc, `E = Ω ⟨L⟩` and `Ω ⟨L cos θ⟩`. Each is stratified
-    /// into 256 cells, which get `options.budget.spp` paths each. `options.sun_disc` is not looked at. `progress` runs
-    /// through twice, first for the disc.
+    /// By Monte Carlo, the diffuse part is the integral over the hemisphere that the plane faces, directions drawn in
+    /// proportion to the cosine, `E = π ⟨L⟩`; the direct one that over the disc, `E = Ω ⟨L⟩` and `Ω ⟨L cos θ⟩`. Each is stratified
+    /// into 256 cells, which get `options.budget.spp` paths each. The method `shells` takes the diffuse part at 9216 fixed
+    /// directions, dense about the sun. `options.sun_disc` is not looked at. `progress` runs through twice, first for the
+    /// disc.
     ///
     /// # Errors
-    /// As [`Sky::render`].
+    /// As [`Sky::render`]; [`crate::Error::OutOfRange`] for the plane.
     pub fn irradiance(
         &self,
+        plane: &Tilt,
         options: &RenderOptions,
         cancel: &AtomicBool,
         progress: &(dyn Fn(u64, u64) + Sync),
@@ -121,6 +150,7 @@ impl Sky {
             Polarised::Stokes => Polarised::Radiance,
             other => other,
         };
+        let normal = plane.normal()?;
         let disc_alone = RenderOptions {
             sun_disc: SunDisc::Only,
             polarised,
@@ -134,7 +164,7 @@ impl Sky {
         // Within a cell the cosine is that of its middle: the cells are finer than 0.03°.
         let direct = SpectralIrradiance::of_film(&film, solid_angle_sr, |pixel| {
             let middle = disc.direction(pixel % CELLS, pixel / CELLS, 0.5, 0.5);
-            middle.map_or(0.0, |d| d.z.max(0.0))
+            middle.map_or(0.0, |d| d.dot(normal).max(0.0))
         });
 
         let sky_alone = RenderOptions {
@@ -142,8 +172,14 @@ impl Sky {
             polarised,
             ..*options
         };
-        let film = self.render(&Hemisphere, &sky_alone, cancel, progress)?;
-        let diffuse = SpectralIrradiance::of_film(&film, PI, |_| 1.0);
+        let diffuse = if options.method == Method::Shells {
+            let around = AroundSun::new(&self.sun, normal);
+            let film = self.render(&around, &sky_alone, cancel, progress)?;
+            SpectralIrradiance::of_film(&film, around.cells() as f64, |cell| around.weight_sr(cell))
+        } else {
+            let film = self.render(&Hemisphere { normal }, &sky_alone, cancel, progress)?;
+            SpectralIrradiance::of_film(&film, PI, |_| 1.0)
+        };
         Ok(Irradiance {
             wavelength_nm: self.wavelength_nm().to_vec(),
             global: direct.plus(&diffuse),
@@ -165,8 +201,11 @@ impl Sky {
     }
 }
 
-/// Directions of the upper hemisphere in proportion to their cosine: columns in zenith angle, rows in azimuth.
-struct Hemisphere;
+/// Directions of the hemisphere that a plane faces, in proportion to their cosine: columns in the angle from its normal,
+/// rows in the angle about it.
+struct Hemisphere {
+    normal: Vec3,
+}
 
 impl Sensor for Hemisphere {
     fn size(&self) -> (usize, usize) {
@@ -175,13 +214,54 @@ impl Sensor for Hemisphere {
 
     fn direction(&self, column: usize, row: usize, u: f64, v: f64) -> Option<Vec3> {
         let sin_squared = (column as f64 + u) / CELLS as f64;
-        let (sin_phi, cos_phi) = (TAU * (row as f64 + v) / CELLS as f64).sin_cos();
-        let sin = sin_squared.sqrt();
-        Some(Vec3::new(
-            sin * sin_phi,
-            sin * cos_phi,
-            (1.0 - sin_squared).sqrt(),
-        ))
+        let phi = TAU * (row as f64 + v) / CELLS as f64;
+        Some(self.normal.deflected((1.0 - sin_squared).sqrt(), phi))
+    }
+}
+
+/// Fixed directions over the whole sphere, in rings about the sun: `θ = π t²` at the middles of equal steps of `t`, so
+/// that the aureole is resolved however narrow; those behind the plane are not looked at.
+struct AroundSun {
+    sun: Vec3,
+    normal: Vec3,
+}
+
+impl AroundSun {
+    const RINGS: usize = 96;
+    const SPOKES: usize = 96;
+
+    fn new(sun: &SunLight, normal: Vec3) -> Self {
+        let sun = sun.direction;
+        Self { sun, normal }
+    }
+
+    fn cells(&self) -> usize {
+        Self::RINGS * Self::SPOKES
+    }
+
+    fn look(&self, column: usize, row: usize) -> (Vec3, f64) {
+        let t = (column as f64 + 0.5) / Self::RINGS as f64;
+        let phi = TAU * (row as f64 + 0.5) / Self::SPOKES as f64;
+        let theta = PI * t * t;
+        (self.sun.deflected(theta.cos(), phi), t)
+    }
+
+    /// Solid angle of a cell times the cosine from the plane's normal: `sin θ dθ dφ`, `dθ = 2 π t dt`.
+    fn weight_sr(&self, cell: usize) -> f64 {
+        let (direction, t) = self.look(cell % Self::RINGS, cell / Self::RINGS);
+        let solid = (PI * t * t).sin() * 2.0 * PI * t * TAU / self.cells() as f64;
+        solid * direction.dot(self.normal).max(0.0)
+    }
+}
+
+impl Sensor for AroundSun {
+    fn size(&self) -> (usize, usize) {
+        (Self::RINGS, Self::SPOKES)
+    }
+
+    fn direction(&self, column: usize, row: usize, _: f64, _: f64) -> Option<Vec3> {
+        let (direction, _) = self.look(column, row);
+        (direction.dot(self.normal) > 0.0).then_some(direction)
     }
 }
 
@@ -219,7 +299,6 @@ mod tests {
     use crate::climate::{Conditions, Overrides};
     use crate::medium::LayeredMedium;
     use crate::optics::Phase;
-    use crate::sky::Method;
     use crate::spectrum::SolarSpectrum;
     use crate::transport::{Accuracy, Budget};
 
@@ -239,19 +318,27 @@ mod tests {
     }
 
     fn measured(sky: &Sky, options: &RenderOptions) -> Irradiance {
-        sky.irradiance(options, &AtomicBool::new(false), &|_, _| {})
-            .unwrap()
+        sky.irradiance(
+            &Tilt::default(),
+            options,
+            &AtomicBool::new(false),
+            &|_, _| {},
+        )
+        .unwrap()
     }
 
     /// `π ⟨f⟩` over the hemisphere's cells is ∫ f cos θ dω: π, 2π/3, π/2 for f = 1, cos θ, cos² θ; 0 for what is odd.
     #[test]
     fn the_hemisphere_integrates_with_the_cosine() {
+        let up = Hemisphere {
+            normal: Vec3::new(0.0, 0.0, 1.0),
+        };
         let integral = |f: fn(Vec3) -> f64| {
             let cells = (0..CELLS * CELLS).flat_map(|i| (0..100).map(move |k| (i, k)));
             let sum: f64 = cells
                 .map(|(i, k)| {
                     let (u, v) = ((f64::from(k) + 0.5) / 100.0, 0.5);
-                    f(Hemisphere.direction(i % CELLS, i / CELLS, u, v).unwrap())
+                    f(up.direction(i % CELLS, i / CELLS, u, v).unwrap())
                 })
                 .sum();
             PI * sum / (CELLS * CELLS * 100) as f64
@@ -260,6 +347,49 @@ mod tests {
         assert!((integral(|d| d.z) - 2.0 * PI / 3.0).abs() < 1e-4);
         assert!((integral(|d| d.z * d.z) - 0.5 * PI).abs() < 1e-4);
         assert!(integral(|d| d.x).abs() < 1e-12 && integral(|d| d.y).abs() < 1e-12);
+    }
+
+    /// An even sky of radiance 1 over black ground gives `π (1 + cos β)/2` on a plane tilted by β, and the sphere of
+    /// directions about the sun sees all of it, wherever sun and plane stand.
+    #[test]
+    fn a_tilted_plane_sees_its_part_of_an_even_sky() {
+        for (tilt_deg, sun_deg) in [(0.0, 10.0), (30.0, 60.0), (90.0, -3.0), (140.0, 5.0)] {
+            let plane = Tilt {
+                tilt_deg,
+                azimuth_deg: 70.0,
+            };
+            let normal = plane.normal().unwrap();
+            let towards = Vec3::from_azimuth_elevation_deg(200.0, sun_deg);
+            let sun = SunLight::new(towards, &[550.0], &[1.0], 0.27).unwrap();
+            let around = AroundSun::new(&sun, normal);
+            let (mut whole, mut sky) = (0.0, 0.0);
+            for cell in 0..around.cells() {
+                let (column, row) = (cell % AroundSun::RINGS, cell / AroundSun::RINGS);
+                let Some(direction) = around.direction(column, row, 0.5, 0.5) else {
+                    assert_eq!(around.weight_sr(cell), 0.0);
+                    continue;
+                };
+                whole += around.weight_sr(cell);
+                if direction.z > 0.0 {
+                    sky += around.weight_sr(cell);
+                }
+            }
+            assert!((whole / PI - 1.0).abs() < 1e-3, "{tilt_deg} {whole}");
+            let expected = PI * (1.0 + tilt_deg.to_radians().cos()) / 2.0;
+            assert!(
+                (sky - expected).abs() < 0.01 * PI,
+                "{tilt_deg} {sky} {expected}"
+            );
+        }
+        let up = Tilt::default().normal().unwrap();
+        assert_eq!(up, Vec3::new(0.0, 0.0, 1.0));
+        for (tilt_deg, azimuth_deg) in [(-1.0, 0.0), (181.0, 0.0), (f64::NAN, 0.0), (10.0, 400.0)] {
+            let plane = Tilt {
+                tilt_deg,
+                azimuth_deg,
+            };
+            assert!(plane.normal().is_err());
+        }
     }
 
     /// Above the air all sunlight is direct, whatever the limb darkening, and its cosine is that of the sun.

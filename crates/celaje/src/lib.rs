@@ -11,6 +11,7 @@
 //! *looks*; an observer's frame has x east, y north, z up. Wavelengths are in vacuum, in nm; lengths in m; spectral
 //! radiance in W m⁻² sr⁻¹ nm⁻¹, spectral irradiance in W m⁻² nm⁻¹.
 
+pub mod bake;
 pub mod climate;
 pub mod colour;
 pub mod composition;
@@ -23,6 +24,7 @@ pub mod math;
 pub mod medium;
 pub mod optics;
 pub mod place;
+pub mod residual;
 pub mod sensor;
 pub mod sky;
 pub mod spectrum;

@@ -1,6 +1,7 @@
 //! The whole line in one value: conditions, atmosphere, medium, sun and ground, ready to be looked at.
 
 use std::sync::atomic::AtomicBool;
+use std::sync::Arc;
 
 use crate::climate::{Condition, Conditions};
 use crate::composition::aerosol::AerosolType;
@@ -18,7 +19,7 @@ use crate::sensor::Sensor;
 use crate::spectrum::{SolarSpectrum, WavelengthGrid};
 use crate::transport::{
     render_until, Accuracy, Budget, Classic, Control, Goal, Integrator, Observer, Outcome, Path,
-    PolarisedPath, Reins, Scene, Shells, SunLight, Tracker,
+    PolarisedPath, Reins, Scene, Shells, SunLight, Tables, Tracker,
 };
 
 /// Radius of sea level \[m\]; the atmosphere ends 100 km above it.
@@ -125,7 +126,7 @@ pub enum Polarised {
 pub struct RenderOptions {
     /// How the equation is solved.
     pub method: Method,
-    /// How finely [`Method::Shells`] cuts; the other methods do not look at it.
+    /// How finely [`Method::Shells`] cuts, unless the sky is [baked](Sky::baked); the other methods do not look at it.
     pub accuracy: Accuracy,
     /// Paths per pixel, seed and number of orders.
     pub budget: Budget,
@@ -182,10 +183,15 @@ pub struct Sky {
     pub medium: LayeredMedium,
     /// The sun.
     pub sun: SunLight,
+    /// Distance of the sun \[au\], which goes with its irradiance; 1 for a sun of one's own.
+    pub sun_distance_au: f64,
     /// Albedo of the ground, shape (w,).
     pub albedo: Vec<f64>,
     /// A box in the air whose content varies in all directions, such as a cloud; only the methods `tracker` and `classic` take it.
     pub cloud: Option<GridBox>,
+    /// Solved for many suns, if the sky was [baked](Sky::baked): the method `shells` then looks here. They belong to the
+    /// medium and the albedo above; whoever changes one of these takes them off.
+    pub tables: Option<Arc<Tables>>,
 }
 
 /// Sets the amount of aerosol that the conditions ask for, and enters its optical depth there.
@@ -267,8 +273,10 @@ impl Sky {
             composition: Some(composition),
             medium,
             sun,
+            sun_distance_au: position.distance_au(),
             albedo,
             cloud: None,
+            tables: None,
         })
     }
 
@@ -305,8 +313,10 @@ impl Sky {
             composition: None,
             medium,
             sun,
+            sun_distance_au: 1.0,
             albedo: albedo.to_vec(),
             cloud: None,
+            tables: None,
         })
     }
 
@@ -318,6 +328,25 @@ impl Sky {
     /// Altitude of the ground \[m\].
     pub fn ground_altitude_m(&self) -> f64 {
         self.medium.altitude_m()[0]
+    }
+
+    /// Distance of an observer from the planet's centre \[m\]; `None` is on the ground.
+    ///
+    /// # Errors
+    /// [`Error::OutOfRange`] below the ground.
+    pub(crate) fn observer_radius_m(&self, altitude_m: Option<f64>) -> Result<f64> {
+        let ground_m = self.ground_altitude_m();
+        let altitude_m = altitude_m.unwrap_or(ground_m);
+        if (ground_m..=1e9).contains(&altitude_m) {
+            return Ok(self.medium.ground_radius_m() + (altitude_m - ground_m));
+        }
+        Err(Error::OutOfRange {
+            name: "observer altitude".into(),
+            value: altitude_m,
+            unit: "m",
+            range: format!("[{ground_m}, 1e9]"),
+            hint: format!("the ground is at {ground_m} m above sea level here"),
+        })
     }
 
     /// Spectral radiance at every pixel of a sensor.
@@ -333,20 +362,8 @@ impl Sky {
         cancel: &AtomicBool,
         progress: &(dyn Fn(u64, u64) + Sync),
     ) -> Result<Film> {
-        let ground_m = self.ground_altitude_m();
-        let altitude_m = options.altitude_m.unwrap_or(ground_m);
-        if !(ground_m..=1e9).contains(&altitude_m) {
-            return Err(Error::OutOfRange {
-                name: "observer altitude".into(),
-                value: altitude_m,
-                unit: "m",
-                range: format!("[{ground_m}, 1e9]"),
-                hint: format!("the ground is at {ground_m} m above sea level here"),
-            });
-        }
-        let radius_m = self.medium.ground_radius_m() + (altitude_m - ground_m);
         let observer = Observer {
-            radius_m,
+            radius_m: self.observer_radius_m(options.altitude_m)?,
             sun_disc: options.sun_disc != SunDisc::Off,
         };
         let mut budget = options.budget;
@@ -363,6 +380,12 @@ impl Sky {
         let polarised_path = PolarisedPath {
             stokes: options.polarised == Polarised::Stokes,
         };
+        if let (Method::Shells, Some(tables), None) = (options.method, &self.tables, &self.cloud) {
+            // Tables hold all orders; any other number of them, apart from none and one, is solved anew.
+            if budget.max_order.is_none_or(|n| n < 2) {
+                return tables.render(&self.sun, &observer, sensor, &control);
+            }
+        }
         let integrator: &dyn Integrator<LayeredMedium> = match options.method {
             Method::Shells => &Shells {
                 accuracy: options.accuracy,

@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 /// What every stage may import; each of these imports only those before it.
 const SHARED: [&str; 3] = ["error", "math", "spectrum"];
 
-/// The line, from left to right. The last three are the whole line in one value, and uses of it.
-const LINE: [&str; 13] = [
+/// The line, from left to right. The last five are the whole line in one value, and uses of it.
+const LINE: [&str; 15] = [
     "place",
     "climate",
     "composition",
@@ -21,6 +21,8 @@ const LINE: [&str; 13] = [
     "colour",
     "image",
     "sky",
+    "bake",
+    "residual",
     "irradiance",
     "inventory",
 ];

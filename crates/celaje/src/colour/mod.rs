@@ -21,4 +21,4 @@ pub use srgb::{
     desaturated_above_zero, desaturated_into_unit, luminance, srgb_decoded, srgb_encoded,
     srgb_from_xyz, xyy_from_xyz, xyz_from_xyy, PRIMARIES_XY,
 };
-pub use tone::{auto_white, Exposure, ToneCurve, REFERENCE_WHITE};
+pub use tone::{adapted_whites, auto_white, Exposure, ToneCurve, REFERENCE_WHITE};

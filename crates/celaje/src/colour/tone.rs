@@ -11,6 +11,9 @@ const AUTO_SHARE: f64 = 0.98;
 /// Pixels brighter than this many medians are light sources to automatic exposure, not sky.
 const AUTO_SOURCE: f64 = 100.0;
 
+/// How much of a change of the light, in logarithm, a film's exposure takes up: a million times less is shown as four times.
+const ADAPTATION: f64 = 0.9;
+
 /// Hable's white point, in units of his curve.
 const FILMIC_WHITE: f64 = 11.2;
 /// Stops above the exposure's white that the filmic curve still tells apart, as a factor.
@@ -110,6 +113,11 @@ pub enum Exposure {
 }
 
 impl Exposure {
+    /// The exposure that shows a luminance as white \[cd m⁻²\], positive.
+    pub fn of_white(white: f64) -> Self {
+        Self::Ev((REFERENCE_WHITE / white).log2().clamp(-40.0, 40.0))
+    }
+
     /// White \[cd m⁻²\] for the luminances of a picture's pixels.
     ///
     /// # Errors
@@ -148,6 +156,54 @@ pub fn auto_white(luminance: &[f32]) -> f64 {
     let median = f64::from(quantile(&mut y, 0.5));
     let bright = f64::from(quantile(&mut y, AUTO_SHARE));
     (2.0 * (median * bright).sqrt()).max(bright)
+}
+
+/// The whites of a film's frames \[cd m⁻²\]: they follow the light smoothly, and not wholly.
+///
+/// An eye at dusk adapts, but knows that it is dark: the whites move by [`ADAPTATION`] of the way in logarithm, about the
+/// brightest of them. They are smoothed by a Gaussian, beyond the ends of which the trend goes on.
+///
+/// # Arguments
+/// * `automatic` — whites of some frames by [`auto_white`], evenly spread from the first to the last; positive
+/// * `frames` — number of frames
+/// * `width` — standard deviation of the Gaussian, in frames
+///
+/// Returns one white per frame; none if `automatic` is empty.
+pub fn adapted_whites(automatic: &[f64], frames: usize, width: f64) -> Vec<f64> {
+    let Some(brightest) = automatic.iter().copied().reduce(f64::max) else {
+        return Vec::new();
+    };
+    let logs: Vec<f64> = automatic.iter().map(|w| (w / brightest).ln()).collect();
+    let last = logs.len() - 1;
+    let at = |frame: f64| {
+        let x = frame * last as f64 / (frames.max(2) - 1) as f64;
+        let i = (x as usize).min(last.saturating_sub(1));
+        let next = logs[(i + 1).min(last)];
+        logs[i] + (x - i as f64) * (next - logs[i])
+    };
+    let end = (frames.max(1) - 1) as f64;
+    // Beyond an end, what lies before it is turned about that end.
+    let extended = |frame: f64| {
+        if frame < 0.0 {
+            2.0 * at(0.0) - at((-frame).min(end))
+        } else if frame > end {
+            2.0 * at(end) - at((2.0 * end - frame).max(0.0))
+        } else {
+            at(frame)
+        }
+    };
+    let reach = (3.0 * width).ceil() as i64;
+    (0..frames)
+        .map(|frame| {
+            let (mut sum, mut weights) = (0.0, 0.0);
+            for k in -reach..=reach {
+                let weight = (-0.5 * (k as f64 / width.max(1e-9)).powi(2)).exp();
+                sum += weight * extended(frame as f64 + k as f64);
+                weights += weight;
+            }
+            brightest * (ADAPTATION * sum / weights).exp()
+        })
+        .collect()
 }
 
 /// The value below which a share of the values lies; `values` not empty and free of NaN.
@@ -235,6 +291,42 @@ mod tests {
         let dusk: Vec<f32> = sky.iter().map(|y| y * 1e-8).collect();
         assert!((auto_white(&dusk) / without * 1e8 - 1.0).abs() < 1e-6);
         assert_eq!(auto_white(&[0.0, f32::NAN]), REFERENCE_WHITE);
+    }
+
+    /// A steady light keeps its white; a fall by 10⁶ leaves a tenth of its logarithm; noise of the pilots is smoothed.
+    #[test]
+    fn a_film_adapts_smoothly() {
+        let steady = adapted_whites(&[300.0; 5], 50, 4.0);
+        assert!(steady.len() == 50 && steady.iter().all(|w| (w / 300.0 - 1.0).abs() < 1e-12));
+        let falling: Vec<f64> = (0..40)
+            .map(|k| 1e4 * 10f64.powf(-6.0 * f64::from(k) / 39.0))
+            .collect();
+        let whites = adapted_whites(&falling, 400, 16.0);
+        assert!((whites[0] / 1e4 - 1.0).abs() < 1e-9);
+        assert!((whites[399] / (1e4 * 10f64.powf(-5.4)) - 1.0).abs() < 1e-9);
+        let step = |w: &[f64]| (w[1] / w[0]).ln();
+        let steps: Vec<f64> = whites.windows(2).map(step).collect();
+        let bend = |s: &[f64]| {
+            s.windows(2)
+                .map(|s| (s[1] - s[0]).abs())
+                .fold(0.0, f64::max)
+        };
+        assert!(bend(&steps) < 1e-9);
+        let nervous: Vec<f64> = falling
+            .iter()
+            .enumerate()
+            .map(|(k, w)| w * if k % 2 == 0 { 1.2 } else { 1.0 / 1.2 })
+            .collect();
+        let smoothed: Vec<f64> = adapted_whites(&nervous, 400, 16.0)
+            .windows(2)
+            .map(step)
+            .collect();
+        // Unsmoothed, each pilot would bend the curve by 0.07.
+        assert!(bend(&smoothed[40..360]) < 2e-3, "{}", bend(&smoothed));
+        assert!(adapted_whites(&[], 3, 1.0).is_empty());
+        assert_eq!(adapted_whites(&[7.0], 3, 0.0), [7.0; 3]);
+        let exposure = Exposure::of_white(1250.0);
+        assert_eq!(exposure, Exposure::Ev(3.0));
     }
 
     #[test]

@@ -7,8 +7,11 @@
 //! | `.hdr` | linear sRGB | cd m⁻² |
 //! | `.nc` | the spectral radiance at every wavelength with its variance, where each pixel looks | W m⁻² sr⁻¹ nm⁻¹ |
 //!
+//! Beside pictures: [`Animation`], a `.png` of many frames, and [`write_packed`], a file of celaje's own.
+//!
 //! A file appears whole or not at all: it is written under a temporary name in the same folder and then renamed.
 
+mod animation;
 mod checkpoint;
 mod exr_file;
 mod exr_read;
@@ -16,18 +19,21 @@ mod film_dataset;
 mod hdr_file;
 mod merged;
 pub mod netcdf;
+mod packed_file;
 mod png_file;
 pub mod svg;
 mod target;
 
 use std::path::Path;
 
+pub use animation::Animation;
 pub use checkpoint::{read_checkpoint, remove_checkpoint, write_checkpoint};
 pub use exr_file::{spectral_channel, write_exr};
 pub use exr_read::read_exr;
 pub use film_dataset::{circumstances, global_attributes, CONVENTIONS};
 pub use hdr_file::write_hdr;
 pub use merged::{merged, Described};
+pub use packed_file::{read_packed, write_packed};
 pub use png_file::{write_png, PngDepth};
 pub use target::{check_target, check_writable, remove_temporaries, save_text, Format};
 

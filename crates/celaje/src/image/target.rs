@@ -188,7 +188,7 @@ fn temp_name_start(target: &Path) -> OsString {
     name
 }
 
-fn file_error(path: &Path, message: impl Into<String>, hint: &str) -> Error {
+pub(super) fn file_error(path: &Path, message: impl Into<String>, hint: &str) -> Error {
     Error::File {
         path: path.display().to_string(),
         message: message.into(),
@@ -197,7 +197,7 @@ fn file_error(path: &Path, message: impl Into<String>, hint: &str) -> Error {
 }
 
 /// A system error in words, with what can be done about it.
-fn io_error(path: &Path, error: &io::Error) -> Error {
+pub(super) fn io_error(path: &Path, error: &io::Error) -> Error {
     let hint = match error.kind() {
         ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => {
             "choose a folder that you may write to"

@@ -1,5 +1,6 @@
 //! Numbers that know no physics: vectors, interpolation, quadrature, random numbers, statistics.
 
+pub mod bytes;
 pub mod interp;
 pub mod lanes;
 mod rng;

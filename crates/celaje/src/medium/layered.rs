@@ -2,6 +2,7 @@
 
 use super::{Medium, Ray, Segment, Span};
 use crate::error::{check_range, Error, Result};
+use crate::math::bytes::{ByteReader, ByteWriter};
 use crate::math::interp::{interval, Guide};
 use crate::math::{lanes, Vec3};
 use crate::optics::Phase;
@@ -119,6 +120,62 @@ impl LayeredMedium {
         self.phases.push(phase);
         self.majorant = Majorant::new(&self.radius_m, &self.sigma_t, self.lanes);
         Ok(())
+    }
+
+    /// Writes everything that the medium is made of.
+    pub(crate) fn encode(&self, w: &mut ByteWriter) {
+        w.f64s(&self.wavelength_nm);
+        w.f64s(&self.altitude_m);
+        w.f64s(&self.radius_m);
+        w.f32s(&self.sigma_t);
+        w.f32s(&self.sigma_s);
+        w.count(self.species.len());
+        for (rows, phase) in self.species.iter().zip(&self.phases) {
+            w.f32s(rows);
+            phase.encode(w);
+        }
+    }
+
+    /// The medium that [`LayeredMedium::encode`] wrote, bit for bit.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`], [`Error::OutOfRange`], [`Error::ShapeMismatch`] for values that are no medium.
+    pub(crate) fn decode(r: &mut ByteReader<'_>) -> Result<Self> {
+        let wavelength_nm = r.f64s()?;
+        let altitude_m = r.f64s()?;
+        let radius_m = r.f64s()?;
+        let lowest = altitude_m.first().zip(radius_m.first());
+        let planet_radius_m = lowest.map_or(f64::NAN, |(z, r)| r - z);
+        let mut medium = Self::new(&altitude_m, &wavelength_nm, planet_radius_m)?;
+        check_increasing("radius", &radius_m, "m", 2)?;
+        let values = altitude_m.len() * medium.lanes;
+        let rows = |name: &str, values_of: Vec<f32>| {
+            let sound = values_of.iter().all(|v| (0.0..=1e6).contains(v));
+            if values_of.len() == values && sound {
+                return Ok(values_of);
+            }
+            Err(Error::invalid(
+                format!("{name} does not fit the nodes of its medium"),
+                "bake it again",
+            ))
+        };
+        if radius_m.len() != altitude_m.len() {
+            return Err(Error::ShapeMismatch {
+                name: "radius".into(),
+                got: format!("({},)", radius_m.len()),
+                expected: format!("({},)", altitude_m.len()),
+            });
+        }
+        medium.guide = Guide::new(&radius_m);
+        medium.radius_m = radius_m;
+        medium.sigma_t = rows("sigma_t", r.f32s()?)?;
+        medium.sigma_s = rows("sigma_s", r.f32s()?)?;
+        for _ in 0..r.count()? {
+            medium.species.push(rows("a species", r.f32s()?)?);
+            medium.phases.push(Phase::decode(r, medium.lanes)?);
+        }
+        medium.majorant = Majorant::new(&medium.radius_m, &medium.sigma_t, medium.lanes);
+        Ok(medium)
     }
 
     /// Altitudes of the nodes \[m\], the ground first, shape (z,).

@@ -4,6 +4,7 @@ pub mod bands;
 pub mod no2;
 pub mod ozone;
 mod phase;
+mod phase_bytes;
 pub mod rayleigh;
 
 pub use phase::Phase;

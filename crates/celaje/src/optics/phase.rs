@@ -31,13 +31,13 @@ pub(super) enum Kind {
 #[derive(Debug, Clone)]
 pub(super) struct Table {
     /// Nodes, from −1 to 1, strictly increasing, shape (t,).
-    cos_theta: Vec<f64>,
+    pub(super) cos_theta: Vec<f64>,
     /// Values \[sr⁻¹\], shape (t, lanes).
     pub(super) p: Vec<f32>,
     /// F12, F33 and F34 of spheres \[sr⁻¹\], shape (t, 3, lanes); empty where polarisation is not known.
     pub(super) polarisation: Vec<f32>,
     /// Probability of cos θ below each node, shape (wavelength, t).
-    cdf: Vec<f64>,
+    pub(super) cdf: Vec<f64>,
     pub(super) lanes: usize,
 }
 
