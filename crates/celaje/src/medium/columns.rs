@@ -9,15 +9,19 @@
 //! cubic. The piece between a point and the node above it is integrated, for within a shell `c_k` is linear in
 //! radius. That keeps the kinks of the profile out of the interpolation; `worst_error` in the tests states what is left.
 
+use multiversion::multiversion;
 use rayon::prelude::*;
 
 use super::layered::LayeredMedium;
-use super::{Medium, Ray};
+use super::Medium;
 use crate::math::interp::Guide;
-use crate::math::lanes;
+use crate::math::lanes::{self, Block};
 
 /// Columns are handled in blocks of this many.
 const BLOCK: usize = 8;
+
+/// The values of one block of columns.
+type Eight = [f32; BLOCK];
 
 /// Nodes of the table over the zenith angle, at each altitude.
 const COSINES: usize = 160;
@@ -30,7 +34,6 @@ const TOLERANCE: f64 = 2e-6;
 pub(crate) struct Columns {
     /// Number of columns, a multiple of [`BLOCK`].
     count: usize,
-    lanes: usize,
     radius_m: Vec<f64>,
     guide: Guide,
     /// `R_top² − r²` at each node \[m²\].
@@ -38,14 +41,16 @@ pub(crate) struct Columns {
     /// Shortest way to the top from each node \[m\], and the inverse of how much longer the horizontal one is.
     shortest_m: Vec<f64>,
     inverse_stretch: Vec<f64>,
-    /// `c_k` at the nodes, shape (node, k).
-    density: Vec<f32>,
-    /// `s_k` at the wavelengths, shape (k, lanes).
-    spectra: Vec<f32>,
-    /// The same with shape (lanes, k).
-    by_lane: Vec<f32>,
-    /// `C_k` to the top, shape (node, COSINES, k), uniform in the distance to the top.
-    table: Vec<f32>,
+    /// 1 over the distance of each node to the next \[m⁻¹\].
+    inverse_thickness: Vec<f64>,
+    /// `c_k` at the nodes, shape (node, block of k).
+    density: Vec<Eight>,
+    /// `s_k` at the wavelengths, shape (block of wavelengths, k).
+    spectra: Vec<Block>,
+    /// The same with shape (lanes, block of k).
+    by_lane: Vec<Eight>,
+    /// `C_k` to the top, shape (node, COSINES, block of k), uniform in the distance to the top.
+    table: Vec<Eight>,
 }
 
 impl Columns {
@@ -66,35 +71,43 @@ impl Columns {
                 }
             })
             .collect();
+        let inverse_thickness = radius_m.windows(2).map(|r| 1.0 / (r[1] - r[0])).collect();
         let mut columns = Self {
             count,
-            lanes,
             guide: medium.guide().clone(),
             radius_m,
             to_top_squared,
             shortest_m,
             inverse_stretch,
-            density,
-            by_lane: (0..lanes * count)
-                .map(|i| spectra[i % count * lanes + i / count])
+            inverse_thickness,
+            density: density.chunks_exact(BLOCK).map(eight).collect(),
+            by_lane: (0..lanes * count / BLOCK)
+                .map(|i| {
+                    let (lane, first) = (i * BLOCK / count, i * BLOCK % count);
+                    std::array::from_fn(|k| spectra[(first + k) * lanes + lane])
+                })
                 .collect(),
-            spectra,
+            spectra: (0..lanes / lanes::BLOCK * count)
+                .map(|i| {
+                    let (block, k) = (i / count, i % count);
+                    lanes::each(|j| spectra[k * lanes + block * lanes::BLOCK + j])
+                })
+                .collect(),
             table: Vec::new(),
         };
-        let mut table = vec![0.0; nodes * COSINES * count];
+        let mut table = vec![[0.0; BLOCK]; nodes * COSINES * count / BLOCK];
         table
-            .par_chunks_mut(COSINES * count)
+            .par_chunks_mut(COSINES * count / BLOCK)
             .enumerate()
-            .for_each(|(node, rows)| {
-                for (m, row) in rows.chunks_exact_mut(count).enumerate() {
-                    let exact = columns.integrate_to_top(node, columns.cosine_of(node, m));
-                    for (v, c) in row.iter_mut().zip(exact) {
-                        *v = c as f32;
-                    }
-                }
-            });
+            .for_each(|(node, rows)| integrate_to_top(&columns, node, rows));
         columns.table = table;
         columns
+    }
+
+    /// Radius of the ground \[m\].
+    #[inline(always)]
+    pub(crate) fn ground_m(&self) -> f64 {
+        self.radius_m[0]
     }
 
     /// Number of columns of a lookup.
@@ -115,32 +128,10 @@ impl Columns {
         ((self.to_top_squared[node] - d * d) / (2.0 * r * d)).clamp(0.0, 1.0)
     }
 
-    /// Exact columns from a node upwards to the top: shell by shell, with density linear in radius.
-    fn integrate_to_top(&self, node: usize, mu: f64) -> Vec<f64> {
-        let mut sum = vec![0.0; self.count];
-        let r0 = self.radius_m[node];
-        let mut s = r0 * mu;
-        for j in node + 1..self.radius_m.len() {
-            let (below, above) = (self.radius_m[j - 1], self.radius_m[j]);
-            let s_next = (s * s + (above - below) * (above + below)).sqrt();
-            let mean = mean_fraction(s, s_next, below, above, below);
-            let rows =
-                self.density[(j - 1) * self.count..(j + 1) * self.count].split_at(self.count);
-            for (k, v) in sum.iter_mut().enumerate() {
-                let (a, b) = (f64::from(rows.0[k]), f64::from(rows.1[k]));
-                *v += (s_next - s) * (a + mean * (b - a));
-            }
-            s = s_next;
-        }
-        sum
-    }
-
-    /// Columns from a point to the top along a direction that does not fall.
-    ///
-    /// * `r` — distance from the planet's centre \[m\]; `mu` — cosine of the zenith angle, ≥ 0
+    /// Where the columns from a point to the top along a direction that does not fall are found.
     #[inline(always)]
-    pub(crate) fn to_top(&self, r: f64, mu: f64, out: &mut [f32]) {
-        let out = &mut out[..self.count];
+    fn look_up(&self, r: f64, mu: f64) -> Lookup<'_> {
+        let n = self.count / BLOCK;
         let j = self.guide.interval(r) + 1;
         let (below, above) = (self.radius_m[j - 1], self.radius_m[j]);
         let s = r * mu;
@@ -149,91 +140,231 @@ impl Columns {
         let d = (s_node * s_node + self.to_top_squared[j]).sqrt() - s_node;
         let x = (d - self.shortest_m[j]) * self.inverse_stretch[j] * (COSINES - 1) as f64;
         let i = (x as usize).clamp(1, COSINES - 3) - 1;
-        let w = cubic_weights(x - i as f64);
-        let rows = &self.table[(j * COSINES + i) * self.count..(j * COSINES + i + 4) * self.count];
         // The rest of this shell, exactly.
-        let mean = mean_fraction(s, s_node, below, above, r);
-        let a = &self.density[(j - 1) * self.count..j * self.count];
-        let b = &self.density[j * self.count..(j + 1) * self.count];
-        let (length, mean) = ((s_node - s) as f32, mean as f32);
-        for block in 0..self.count / BLOCK {
-            for k in block * BLOCK..(block + 1) * BLOCK {
-                let n = self.count;
-                out[k] = w[0] * rows[k]
-                    + w[1] * rows[n + k]
-                    + w[2] * rows[2 * n + k]
-                    + w[3] * rows[3 * n + k]
-                    + length * (a[k] + mean * (b[k] - a[k]));
+        let inverse_thickness = self.inverse_thickness[j - 1];
+        let mean = mean_fraction(
+            s,
+            s_node,
+            r,
+            (r - below) * inverse_thickness,
+            inverse_thickness,
+        );
+        Lookup {
+            rows: &self.table[(j * COSINES + i) * n..(j * COSINES + i + 4) * n],
+            density: &self.density[(j - 1) * n..(j + 1) * n],
+            cubic: cubic_weights(x - i as f64),
+            length: (s_node - s) as f32,
+            mean: mean as f32,
+            fraction: ((r - below) * inverse_thickness).clamp(0.0, 1.0) as f32,
+        }
+    }
+
+    /// Columns from a point to the top along a direction that does not fall.
+    ///
+    /// * `r` — distance from the planet's centre \[m\]; `mu` — cosine of the zenith angle, ≥ 0
+    #[inline(always)]
+    pub(crate) fn to_top(&self, r: f64, mu: f64, out: &mut [f32]) {
+        let at = self.look_up(r, mu);
+        for b in 0..self.count / BLOCK {
+            out[b * BLOCK..(b + 1) * BLOCK].copy_from_slice(&at.block(b).0);
+        }
+    }
+
+    /// [`Columns::to_top`] that also tells the optical depth of these columns at one wavelength, and the extinction coefficient
+    /// \[m⁻¹\] at the point.
+    #[inline(always)]
+    pub(crate) fn to_top_at(&self, r: f64, mu: f64, lane: usize, out: &mut [f32]) -> (f64, f64) {
+        let at = self.look_up(r, mu);
+        let (mut tau, mut sigma) = ([0.0f32; BLOCK], [0.0f32; BLOCK]);
+        for (b, &spectrum) in self.spectrum_of(lane).iter().enumerate() {
+            let (columns, density) = at.block(b);
+            out[b * BLOCK..(b + 1) * BLOCK].copy_from_slice(&columns);
+            for k in 0..BLOCK {
+                tau[k] += spectrum[k] * columns[k];
+                sigma[k] += spectrum[k] * density[k];
             }
         }
+        (f64::from(sum(tau)), f64::from(sum(sigma)))
+    }
+
+    /// `s_k` at one wavelength.
+    #[inline(always)]
+    fn spectrum_of(&self, lane: usize) -> &[Eight] {
+        let n = self.count / BLOCK;
+        &self.by_lane[lane * n..(lane + 1) * n]
     }
 
     /// Extinction coefficient at a radius and one wavelength \[m⁻¹\].
     #[inline(always)]
     pub(crate) fn extinction_at(&self, r: f64, lane: usize) -> f64 {
-        let n = self.count;
+        let n = self.count / BLOCK;
         let i = self.guide.interval(r);
-        let f = ((r - self.radius_m[i]) / (self.radius_m[i + 1] - self.radius_m[i])).clamp(0.0, 1.0)
-            as f32;
-        let (a, b) = self.density[i * n..(i + 2) * n].split_at(n);
-        let spectrum = &self.by_lane[lane * n..(lane + 1) * n];
-        let terms = a.iter().zip(b).zip(spectrum);
-        f64::from(terms.map(|((a, b), s)| (a + f * (b - a)) * s).sum::<f32>())
+        let f = ((r - self.radius_m[i]) * self.inverse_thickness[i]).clamp(0.0, 1.0) as f32;
+        let (below, above) = self.density[i * n..(i + 2) * n].split_at(n);
+        let mut total = [0.0f32; BLOCK];
+        for ((&a, &b), &s) in below.iter().zip(above).zip(self.spectrum_of(lane)) {
+            for k in 0..BLOCK {
+                total[k] += (a[k] + f * (b[k] - a[k])) * s[k];
+            }
+        }
+        f64::from(sum(total))
+    }
+
+    /// Optical depth of columns at one block of wavelengths.
+    #[inline(always)]
+    pub(crate) fn optical_depth_block(&self, columns: &[f32], block: usize) -> Block {
+        let n = self.count;
+        let mut sum = [0.0; lanes::BLOCK];
+        let spectra = &self.spectra[block * n..(block + 1) * n];
+        for (&c, spectrum) in columns[..n].iter().zip(spectra) {
+            sum = lanes::each(|i| sum[i] + c * spectrum[i]);
+        }
+        sum
     }
 
     /// Optical depth of columns at every wavelength.
     #[inline(always)]
     pub(crate) fn optical_depth(&self, columns: &[f32], tau: &mut [f32]) {
-        let columns = &columns[..self.count];
-        for (block, tau) in tau.chunks_exact_mut(lanes::BLOCK).enumerate() {
-            let mut sum = [0.0f32; lanes::BLOCK];
-            for (k, &c) in columns.iter().enumerate() {
-                let at = k * self.lanes + block * lanes::BLOCK;
-                let spectrum = &self.spectra[at..at + lanes::BLOCK];
-                for i in 0..lanes::BLOCK {
-                    sum[i] += c * spectrum[i];
-                }
-            }
-            tau.copy_from_slice(&sum);
+        for (block, tau) in lanes::blocks_mut(tau).enumerate() {
+            *tau = self.optical_depth_block(columns, block);
         }
     }
 
     /// Optical depth of columns at one wavelength.
     #[inline(always)]
     pub(crate) fn optical_depth_at(&self, columns: &[f32], lane: usize) -> f64 {
-        let n = self.count;
-        let spectrum = &self.by_lane[lane * n..(lane + 1) * n];
-        columns[..n]
-            .iter()
-            .zip(spectrum)
-            .map(|(&c, &s)| f64::from(c * s))
-            .sum()
+        let mut tau = [0.0f32; BLOCK];
+        for (c, &s) in columns.chunks_exact(BLOCK).zip(self.spectrum_of(lane)) {
+            let c = eight(c);
+            for k in 0..BLOCK {
+                tau[k] += c[k] * s[k];
+            }
+        }
+        f64::from(sum(tau))
     }
 }
 
-/// Mean, along a ray in one shell, of the fraction `(r − below) / (above − below)`; `s` is the distance from the point
-/// nearest the planet's centre, and `r` the radius at `s`. Simpson's rule: `r(s)` is a gentle hyperbola.
+/// A place in the table: four rows to interpolate, and the piece of a shell below them.
+struct Lookup<'a> {
+    /// Columns to the top at four directions, shape (4, block of k).
+    rows: &'a [Eight],
+    /// Densities at the nodes below and above, shape (2, block of k).
+    density: &'a [Eight],
+    cubic: [f32; 4],
+    /// The way to the node above \[m\], and the mean fraction of the shell on it.
+    length: f32,
+    mean: f32,
+    /// Fraction of the shell at the point itself.
+    fraction: f32,
+}
+
+impl Lookup<'_> {
+    /// One block of the columns to the top, and of the densities at the point.
+    #[inline(always)]
+    fn block(&self, b: usize) -> (Eight, Eight) {
+        let n = self.density.len() / 2;
+        let (r0, r1) = (self.rows[b], self.rows[n + b]);
+        let (r2, r3) = (self.rows[2 * n + b], self.rows[3 * n + b]);
+        let (below, above) = (self.density[b], self.density[n + b]);
+        let w = self.cubic;
+        let (mut columns, mut density) = ([0.0; BLOCK], [0.0; BLOCK]);
+        for k in 0..BLOCK {
+            let slope = above[k] - below[k];
+            columns[k] = w[0] * r0[k]
+                + w[1] * r1[k]
+                + w[2] * r2[k]
+                + w[3] * r3[k]
+                + self.length * (below[k] + self.mean * slope);
+            density[k] = below[k] + self.fraction * slope;
+        }
+        (columns, density)
+    }
+}
+
+/// A slice of [`BLOCK`] values as an array.
 #[inline(always)]
-fn mean_fraction(s: f64, s_end: f64, below: f64, above: f64, r: f64) -> f64 {
+fn eight(values: &[f32]) -> Eight {
+    let mut out = [0.0; BLOCK];
+    out.copy_from_slice(values);
+    out
+}
+
+#[inline(always)]
+fn sum(a: Eight) -> f32 {
+    // As in `lanes::tree_sum`, a stop to the compiler's shuffling.
+    let a = std::hint::black_box(a);
+    ((a[0] + a[4]) + (a[2] + a[6])) + ((a[1] + a[5]) + (a[3] + a[7]))
+}
+
+/// Exact columns from a node upwards to the top in all of the table's directions: shell by shell, with density linear in
+/// radius.
+#[multiversion(targets(
+    "x86_64+avx512f+avx512bw+avx512dq+avx512vl",
+    "x86_64+avx2+fma",
+    "aarch64+neon"
+))]
+fn integrate_to_top(columns: &Columns, node: usize, rows: &mut [Eight]) {
+    let n = columns.count;
+    let radius_m = &columns.radius_m;
+    // Distances from the point nearest the planet's centre.
+    let mut s: Vec<f64> = (0..COSINES)
+        .map(|m| radius_m[node] * columns.cosine_of(node, m))
+        .collect();
+    let (mut length, mut mean) = (vec![0.0; COSINES], vec![0.0; COSINES]);
+    let mut sum = vec![0.0f64; COSINES * n];
+    for j in node + 1..radius_m.len() {
+        let (below, above) = (radius_m[j - 1], radius_m[j]);
+        let rise = (above - below) * (above + below);
+        for ((s, length), mean) in s.iter_mut().zip(&mut length).zip(&mut mean) {
+            let s_next = (*s * *s + rise).sqrt();
+            *length = s_next - *s;
+            *mean = mean_fraction(*s, s_next, below, 0.0, columns.inverse_thickness[j - 1]);
+            *s = s_next;
+        }
+        let density: Vec<f64> = columns.density[(j - 1) * n / BLOCK..(j + 1) * n / BLOCK]
+            .iter()
+            .flatten()
+            .map(|&c| f64::from(c))
+            .collect();
+        let (a, b) = density.split_at(n);
+        let ways = length.iter().zip(&mean);
+        for (row, (&length, &mean)) in sum.chunks_exact_mut(n).zip(ways) {
+            for ((v, &a), &b) in row.iter_mut().zip(a).zip(b) {
+                *v += length * (a + mean * (b - a));
+            }
+        }
+    }
+    for (row, sum) in rows.iter_mut().flatten().zip(sum) {
+        *row = sum as f32;
+    }
+}
+
+/// Mean, along a ray in one shell up to its upper node, of the fraction `(r − below) / (above − below)`.
+///
+/// * `s`, `s_end` — distances from the point nearest the planet's centre, at the start and at the node
+/// * `r`, `start` — radius and fraction at the start
+///
+/// Simpson's rule: `r(s)` is a gentle hyperbola.
+#[inline(always)]
+fn mean_fraction(s: f64, s_end: f64, r: f64, start: f64, inverse_thickness: f64) -> f64 {
     let s_mid = 0.5 * (s + s_end);
     // r_mid − r without cancellation, from r_mid² − r² = s_mid² − s².
     let rise = (s_mid - s) * (s_mid + s);
     let r_mid = (r * r + rise).sqrt();
-    let thickness = above - below;
-    let start = (r - below) / thickness;
-    let middle = start + rise / ((r_mid + r) * thickness);
-    (start + 4.0 * middle + 1.0) / 6.0
+    let middle = start + rise * inverse_thickness / (r_mid + r);
+    (start + 4.0 * middle + 1.0) * (1.0 / 6.0)
 }
 
 /// Lagrange's cubic through four equidistant values, at `x` from the first; inside, 1 ≤ x ≤ 2.
 #[inline(always)]
 fn cubic_weights(x: f64) -> [f32; 4] {
     let (a, b, c, d) = (x, x - 1.0, x - 2.0, x - 3.0);
+    let (ab, cd) = (a * b, c * d);
     [
-        (-b * c * d / 6.0) as f32,
-        (a * c * d / 2.0) as f32,
-        (-a * b * d / 2.0) as f32,
-        (a * b * c / 6.0) as f32,
+        (-1.0 / 6.0 * b * cd) as f32,
+        (0.5 * a * cd) as f32,
+        (-0.5 * ab * d) as f32,
+        (1.0 / 6.0 * ab * c) as f32,
     ]
 }
 
@@ -289,129 +420,9 @@ fn cross_approximation(rows: &[f32], lanes: usize) -> (Vec<f32>, Vec<f32>, usize
     (density, spectra, count)
 }
 
-/// Columns along one ray, from its start to any distance.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct RayGeometry {
-    /// Radius at the start \[m\].
-    r0: f64,
-    /// Cosine of the zenith angle at the start.
-    mu0: f64,
-    /// Distance to the point nearest the planet's centre \[m\]; negative when it lies behind.
-    tangent_m: f64,
-}
-
-impl RayGeometry {
-    #[inline(always)]
-    pub(crate) fn new(ray: &Ray) -> Self {
-        let r0 = ray.origin.length();
-        let tangent_m = ray.distance_to_tangent_m();
-        Self {
-            r0,
-            mu0: -tangent_m / r0,
-            tangent_m,
-        }
-    }
-
-    /// Distance to the point nearest the planet's centre \[m\]; negative when it lies behind.
-    #[inline(always)]
-    pub(crate) fn tangent_m(&self) -> f64 {
-        self.tangent_m
-    }
-
-    /// Radius and cosine of the zenith angle at a distance.
-    #[inline(always)]
-    pub(crate) fn at(&self, distance_m: f64) -> (f64, f64) {
-        let r = (self.r0 * self.r0 + distance_m * (2.0 * self.r0 * self.mu0 + distance_m)).sqrt();
-        (r, (distance_m - self.tangent_m) / r)
-    }
-}
-
-/// Columns from the start of a ray to points along it.
-pub(crate) struct RayColumns<'a> {
-    columns: &'a Columns,
-    pub(crate) geometry: RayGeometry,
-    /// Columns to the top from the start, backwards if the ray falls.
-    start: &'a mut [f32],
-    /// Twice the columns to the top from the tangent point, where the ray falls first and rises after.
-    tangent: &'a mut [f32],
-}
-
-impl<'a> RayColumns<'a> {
-    /// `start` and `tangent` are memory of [`Columns::count`] values each.
-    #[inline(always)]
-    pub(crate) fn new(
-        columns: &'a Columns,
-        ray: &Ray,
-        start: &'a mut [f32],
-        tangent: &'a mut [f32],
-    ) -> Self {
-        let geometry = RayGeometry::new(ray);
-        columns.to_top(geometry.r0, geometry.mu0.abs(), start);
-        if geometry.tangent_m > 0.0 {
-            let (r, _) = geometry.at(geometry.tangent_m);
-            columns.to_top(r.max(columns.radius_m[0]), 0.0, tangent);
-        }
-        Self {
-            columns,
-            geometry,
-            start,
-            tangent,
-        }
-    }
-
-    /// Whether the ray leads away from the planet from its start.
-    #[inline(always)]
-    pub(crate) fn rises(&self) -> bool {
-        self.geometry.tangent_m <= 0.0
-    }
-
-    /// Extinction coefficient at a distance and one wavelength \[m⁻¹\].
-    #[inline(always)]
-    pub(crate) fn extinction(&self, distance_m: f64, lane: usize) -> f64 {
-        let (r, _) = self.geometry.at(distance_m);
-        self.columns.extinction_at(r, lane)
-    }
-
-    /// Columns from the start to where the ray leaves the air.
-    #[inline(always)]
-    pub(crate) fn to_space(&self, out: &mut [f32]) {
-        let n = self.columns.count;
-        let (start, out) = (&self.start[..n], &mut out[..n]);
-        if self.rises() {
-            out.copy_from_slice(start);
-        } else {
-            for k in 0..n {
-                out[k] = 2.0 * self.tangent[k] - start[k];
-            }
-        }
-    }
-
-    /// Columns from the start to a distance.
-    #[inline(always)]
-    pub(crate) fn to(&self, distance_m: f64, out: &mut [f32]) {
-        let (r, mu) = self.geometry.at(distance_m);
-        self.columns.to_top(r, mu.abs(), out);
-        let n = self.columns.count;
-        let (start, out) = (&self.start[..n], &mut out[..n]);
-        if self.geometry.tangent_m <= 0.0 {
-            for k in 0..n {
-                out[k] = start[k] - out[k];
-            }
-        } else if mu <= 0.0 {
-            for k in 0..n {
-                out[k] -= start[k];
-            }
-        } else {
-            let tangent = &self.tangent[..n];
-            for k in 0..n {
-                out[k] = 2.0 * tangent[k] - out[k] - start[k];
-            }
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::{Ray, RayColumns, RayGeometry};
     use super::*;
     use crate::math::{Rng, Vec3};
     use crate::optics::Phase;
@@ -457,10 +468,10 @@ mod tests {
         for &r in m.node_radii_m() {
             let below = r * r - ray.impact_parameter_squared();
             if below > 0.0 {
-                cuts.extend([g.tangent_m - below.sqrt(), g.tangent_m + below.sqrt()]);
+                cuts.extend([g.tangent_m() - below.sqrt(), g.tangent_m() + below.sqrt()]);
             }
         }
-        cuts.push(g.tangent_m);
+        cuts.push(g.tangent_m());
         cuts.retain(|s| (0.0..=end_m).contains(s));
         cuts.sort_by(f64::total_cmp);
         let mut tau = 0.0;

@@ -9,6 +9,8 @@
 
 mod classic;
 mod first_order;
+mod guide;
+mod guided;
 mod path;
 mod render;
 mod scene;
@@ -16,10 +18,12 @@ mod shells;
 mod stokes;
 mod tracker;
 mod tracking;
+mod walker;
+mod way;
 mod weights;
 
 pub use classic::Classic;
-pub use path::{Path, PolarisedPath};
+pub use path::{Path, PolarisedPath, UnguidedPath};
 pub use render::{Budget, Control, Observer};
 pub use scene::{Scene, SunLight};
 pub use shells::{Accuracy, Shells, Solution, Tables, TablesOptions};
