@@ -8,7 +8,7 @@
 use rayon::prelude::*;
 
 use super::first_order::columns_to_sun;
-use super::scene::Scene;
+use super::scene::{Scene, SunLight};
 use crate::math::Vec3;
 use crate::medium::{Columns, LayeredMedium, Medium};
 
@@ -60,6 +60,8 @@ pub(super) struct Guide {
     /// Solid angle of each bin \[sr\].
     solid_angle: [f32; BINS],
     pub albedo: Bands,
+    /// Irradiance of the sun above the air.
+    irradiance: Bands,
     /// First lane of each band, and the end.
     pub lanes: [usize; BANDS + 1],
 }
@@ -132,9 +134,10 @@ impl Guide {
             arriving: vec![0.0; HEIGHTS * SUNS * BANDS * BINS],
             solid_angle: solid_angles(),
             albedo: bands(|b| scene.albedo[middle[b]]),
+            irradiance: bands(|b| scene.sun.irradiance[middle[b]]),
             lanes,
         };
-        let irradiance = bands(|b| scene.sun.irradiance[middle[b]]);
+        let irradiance = guide.irradiance;
         let mut direct = vec![[0.0; BANDS]; SUNS];
         let (mut out, mut scratch) = (vec![0.0; columns.count()], vec![0.0; columns.count()]);
         for node in 0..HEIGHTS * SUNS {
@@ -253,6 +256,20 @@ impl Guide {
             }
         }
         light
+    }
+
+    /// Raises a guess of the radiance along a ray, one row, to what this solution has: in twilight most of the light has been
+    /// scattered more than once, and of some colours nearly all.
+    pub fn raise(&self, at: Vec3, direction: Vec3, sun: &SunLight, guess: &mut [f32]) {
+        let light = self.along(at, direction, sun.direction);
+        for b in 0..BANDS {
+            let share = light[b] / self.irradiance[b];
+            if share.is_finite() {
+                for lane in self.lanes[b]..self.lanes[b + 1] {
+                    guess[lane] = guess[lane].max(share * sun.irradiance[lane]);
+                }
+            }
+        }
     }
 
     /// Diffuse irradiance of the ground under a node's sun.

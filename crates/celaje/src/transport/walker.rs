@@ -105,19 +105,23 @@ impl<'a> Walker<'a> {
         let medium = self.scene.medium;
         self.first
             .prepare(self.scene, self.columns, &mut self.rows, centre);
-        let span = centre.and_then(|ray| {
-            Some((
-                ray,
-                ray.through_air(medium.ground_radius_m(), medium.top_radius_m())?,
-            ))
-        });
-        self.led = self.guide.is_some()
-            && span.is_some_and(|(ray, (span, _))| {
-                // An observer in the air counts where it stands, one outside where its ray is lowest.
-                let lowest = ray.distance_to_tangent_m().clamp(span.start_m, span.end_m);
-                let at = ray.at(if span.start_m > 0.0 { lowest } else { 0.0 });
-                at.dot(self.scene.sun.direction) < GUIDED_BELOW * at.length()
-            });
+        self.led = false;
+        let (Some(guide), Some(ray)) = (self.guide, centre) else {
+            return;
+        };
+        let Some((span, _)) = ray.through_air(medium.ground_radius_m(), medium.top_radius_m())
+        else {
+            return;
+        };
+        // An observer in the air counts where it stands, one outside where its ray is lowest.
+        let lowest = ray.distance_to_tangent_m().clamp(span.start_m, span.end_m);
+        let sun = &self.scene.sun;
+        let at = ray.at(if span.start_m > 0.0 { lowest } else { 0.0 });
+        self.led = at.dot(sun.direction) < GUIDED_BELOW * at.length();
+        if self.led {
+            let start = ray.at(span.start_m);
+            guide.raise(start, ray.direction, sun, &mut self.first.guess);
+        }
     }
 
     /// Adds one unbiased estimate of the radiance arriving along a ray, at every wavelength.
