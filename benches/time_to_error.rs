@@ -33,12 +33,38 @@ const TARGET: f64 = 1e-4;
 /// The classic integrator shares nothing between wavelengths, so every tenth tells the cost of all.
 const CLASSIC_STRIDE: usize = 10;
 
+/// What the command line asks for: `cargo bench --bench time_to_error -- fisheye 30 85` runs one scene under two suns;
+/// everything, if it names nothing.
+struct Wanted(Vec<String>);
+
+impl Wanted {
+    fn from_arguments() -> Self {
+        Self(
+            std::env::args()
+                .skip(1)
+                .filter(|a| !a.starts_with('-'))
+                .collect(),
+        )
+    }
+
+    /// Whether something is named, or nothing of its kind.
+    fn has(&self, name: &str, kind: &[&str]) -> bool {
+        !self.0.iter().any(|a| kind.contains(&a.as_str())) || self.0.iter().any(|a| a == name)
+    }
+}
+
 fn main() -> Result<()> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
     match pool {
         Ok(pool) => pool.install(|| {
-            hazy_fisheye()?;
-            peer_scene()
+            let wanted = Wanted::from_arguments();
+            if wanted.has("fisheye", &["fisheye", "peer"]) {
+                hazy_fisheye(&wanted)?;
+            }
+            if wanted.has("peer", &["fisheye", "peer"]) {
+                peer_scene()?;
+            }
+            Ok(())
         }),
         Err(e) => {
             eprintln!("error: no thread: {e}");
@@ -201,7 +227,7 @@ fn scene_under<'a>(
 }
 
 /// A 64×64 fisheye at 81 wavelengths, under suns from high to 4° below the horizon.
-fn hazy_fisheye() -> Result<()> {
+fn hazy_fisheye(wanted: &Wanted) -> Result<()> {
     let grid = WavelengthGrid::range(380.0, 780.0, 5.0)?;
     let few: Vec<f64> = grid.nm().iter().copied().step_by(CLASSIC_STRIDE).collect();
     let few = WavelengthGrid::new(few)?;
@@ -230,6 +256,9 @@ fn hazy_fisheye() -> Result<()> {
         (90.0, 16_384, 65_536, 16_384),
         (94.0, 131_072, 131_072, 32_768),
     ] {
+        if !wanted.has(&zenith_deg.to_string(), &["30", "60", "85", "90", "94"]) {
+            continue;
+        }
         let scene = scene_under(&medium, &grid, zenith_deg)?;
         let path = Run::new(&Path, &scene, PLANET_RADIUS_M, &pixels, path_spp)?;
         let tracker = Run::new(&Tracker, &scene, PLANET_RADIUS_M, &pixels, tracker_spp)?;

@@ -18,7 +18,7 @@ pub struct Guide {
 
 impl Guide {
     /// Cells per node of the table; more make the walk after the first guess shorter.
-    const CELLS_PER_NODE: usize = 8;
+    const CELLS_PER_NODE: usize = 16;
 
     /// A guide to `x`, strictly increasing, at least two values.
     pub fn new(x: &[f64]) -> Self {

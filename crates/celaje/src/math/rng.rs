@@ -100,6 +100,19 @@ impl Sampler {
         self.rng.uniform()
     }
 
+    /// The next four numbers, of one block of the sequence's dimensions, where that lasts.
+    #[inline(always)]
+    pub fn uniform4(&mut self) -> [f64; 4] {
+        if let Some((scramble, index)) = self.sobol {
+            let set = self.dimension.div_ceil(4);
+            if set < Self::SOBOL_DIMENSIONS / 4 {
+                self.dimension = 4 * set + 4;
+                return sobol_burley::sample_4d(index, set, scramble).map(f64::from);
+            }
+        }
+        std::array::from_fn(|_| self.rng.uniform())
+    }
+
     /// The random numbers behind, for decisions whose number is not known beforehand.
     #[inline(always)]
     pub fn rng(&mut self) -> &mut Rng {

@@ -16,12 +16,15 @@ use rayon::prelude::*;
 
 use super::cross::cross_approximation;
 use super::layered::LayeredMedium;
-use super::{Medium, Ray};
+use super::Medium;
 use crate::math::interp::Guide;
-use crate::math::lanes;
+use crate::math::lanes::{self, Block};
 
 /// Columns are handled in blocks of this many.
 pub(super) const BLOCK: usize = 8;
+
+/// The values of one block of columns.
+type Eight = [f32; BLOCK];
 
 /// Nodes of the table over the zenith angle, at each altitude.
 const COSINES: usize = 160;
@@ -29,15 +32,14 @@ const COSINES: usize = 160;
 /// Columns to the top of the air from every altitude and direction, and what they weigh at each wavelength.
 #[derive(Debug, Clone)]
 pub(crate) struct Columns {
-    lanes: usize,
     /// Number of columns, a multiple of [`BLOCK`].
     count: usize,
     /// The columns themselves; media that were taken together share them.
     of_all: Arc<Table>,
-    /// `s_k` at the wavelengths, shape (k, lanes).
-    spectra: Vec<f32>,
-    /// The same with shape (lanes, k).
-    by_lane: Vec<f32>,
+    /// `s_k` at the wavelengths, shape (block of wavelengths, k).
+    spectra: Vec<Block>,
+    /// The same with shape (lanes, block of k).
+    by_lane: Vec<Eight>,
 }
 
 /// Columns that need no wavelength.
@@ -51,17 +53,19 @@ struct Table {
     /// Shortest way to the top from each node \[m\], and the inverse of how much longer the horizontal one is.
     shortest_m: Vec<f64>,
     inverse_stretch: Vec<f64>,
-    /// `c_k` at the nodes, shape (node, k).
-    density: Vec<f32>,
-    /// `C_k` to the top, shape (node, COSINES, k), uniform in the distance to the top.
-    table: Vec<f32>,
+    /// 1 over the distance of each node to the next \[m⁻¹\].
+    inverse_thickness: Vec<f64>,
+    /// `c_k` at the nodes, shape (node, block of k).
+    density: Vec<Eight>,
+    /// `C_k` to the top, shape (node, COSINES, block of k), uniform in the distance to the top.
+    table: Vec<Eight>,
 }
 
 impl Columns {
     pub(crate) fn new(medium: &LayeredMedium) -> Self {
         let (lanes, rows) = (medium.lanes(), medium.extinction_rows());
         let (density, spectra, count) = cross_approximation(rows, lanes);
-        let of_all = Arc::new(Table::new(medium, density, count));
+        let of_all = Arc::new(Table::new(medium, &density, count));
         Self::over(of_all, &spectra, lanes, 0, lanes)
     }
 
@@ -81,7 +85,7 @@ impl Columns {
             })
             .collect();
         let (density, spectra, count) = cross_approximation(&rows, all);
-        let of_all = Arc::new(Table::new(first, density, count));
+        let of_all = Arc::new(Table::new(first, &density, count));
         let mut from = 0;
         media
             .iter()
@@ -95,19 +99,29 @@ impl Columns {
     /// A medium's own view of columns: its part, `from` to `to`, of spectra with rows of `all` values.
     fn over(of_all: Arc<Table>, spectra: &[f32], all: usize, from: usize, to: usize) -> Self {
         let (count, lanes) = (of_all.count, to - from);
-        let spectra: Vec<f32> = spectra
-            .chunks_exact(all)
-            .flat_map(|row| row[from..to].iter().copied())
-            .collect();
+        let spectrum = |k: usize, lane: usize| spectra[k * all + from + lane];
         Self {
-            lanes,
             count,
             of_all,
-            by_lane: (0..lanes * count)
-                .map(|i| spectra[i % count * lanes + i / count])
+            by_lane: (0..lanes * count / BLOCK)
+                .map(|i| {
+                    let (lane, first) = (i * BLOCK / count, i * BLOCK % count);
+                    std::array::from_fn(|k| spectrum(first + k, lane))
+                })
                 .collect(),
-            spectra,
+            spectra: (0..lanes / lanes::BLOCK * count)
+                .map(|i| {
+                    let (block, k) = (i / count, i % count);
+                    lanes::each(|j| spectrum(k, block * lanes::BLOCK + j))
+                })
+                .collect(),
         }
+    }
+
+    /// Radius of the ground \[m\].
+    #[inline(always)]
+    pub(crate) fn ground_m(&self) -> f64 {
+        self.of_all.radius_m[0]
     }
 
     /// Number of columns of a lookup.
@@ -116,13 +130,11 @@ impl Columns {
         self.count
     }
 
-    /// Columns from a point to the top along a direction that does not fall.
-    ///
-    /// * `r` — distance from the planet's centre \[m\]; `mu` — cosine of the zenith angle, ≥ 0
+    /// Where the columns from a point to the top along a direction that does not fall are found.
     #[inline(always)]
-    pub(crate) fn to_top(&self, r: f64, mu: f64, out: &mut [f32]) {
+    fn look_up(&self, r: f64, mu: f64) -> Lookup<'_> {
+        let n = self.count / BLOCK;
         let t = &*self.of_all;
-        let out = &mut out[..self.count];
         let j = t.guide.interval(r) + 1;
         let (below, above) = (t.radius_m[j - 1], t.radius_m[j]);
         let s = r * mu;
@@ -131,74 +143,113 @@ impl Columns {
         let d = (s_node * s_node + t.to_top_squared[j]).sqrt() - s_node;
         let x = (d - t.shortest_m[j]) * t.inverse_stretch[j] * (COSINES - 1) as f64;
         let i = (x as usize).clamp(1, COSINES - 3) - 1;
-        let w = cubic_weights(x - i as f64);
-        let rows = &t.table[(j * COSINES + i) * self.count..(j * COSINES + i + 4) * self.count];
         // The rest of this shell, exactly.
-        let mean = mean_fraction(s, s_node, below, above, r);
-        let a = &t.density[(j - 1) * self.count..j * self.count];
-        let b = &t.density[j * self.count..(j + 1) * self.count];
-        let (length, mean) = ((s_node - s) as f32, mean as f32);
-        for block in 0..self.count / BLOCK {
-            for k in block * BLOCK..(block + 1) * BLOCK {
-                let n = self.count;
-                out[k] = w[0] * rows[k]
-                    + w[1] * rows[n + k]
-                    + w[2] * rows[2 * n + k]
-                    + w[3] * rows[3 * n + k]
-                    + length * (a[k] + mean * (b[k] - a[k]));
+        let inverse_thickness = t.inverse_thickness[j - 1];
+        let mean = mean_fraction(
+            s,
+            s_node,
+            r,
+            (r - below) * inverse_thickness,
+            inverse_thickness,
+        );
+        Lookup {
+            rows: &t.table[(j * COSINES + i) * n..(j * COSINES + i + 4) * n],
+            density: &t.density[(j - 1) * n..(j + 1) * n],
+            cubic: cubic_weights(x - i as f64),
+            length: (s_node - s) as f32,
+            mean: mean as f32,
+            fraction: ((r - below) * inverse_thickness).clamp(0.0, 1.0) as f32,
+        }
+    }
+
+    /// Columns from a point to the top along a direction that does not fall.
+    ///
+    /// * `r` — distance from the planet's centre \[m\]; `mu` — cosine of the zenith angle, ≥ 0
+    #[inline(always)]
+    pub(crate) fn to_top(&self, r: f64, mu: f64, out: &mut [f32]) {
+        let at = self.look_up(r, mu);
+        for b in 0..self.count / BLOCK {
+            out[b * BLOCK..(b + 1) * BLOCK].copy_from_slice(&at.block(b).0);
+        }
+    }
+
+    /// [`Columns::to_top`] that also tells the optical depth of these columns at one wavelength, and the extinction coefficient
+    /// \[m⁻¹\] at the point.
+    #[inline(always)]
+    pub(crate) fn to_top_at(&self, r: f64, mu: f64, lane: usize, out: &mut [f32]) -> (f64, f64) {
+        let at = self.look_up(r, mu);
+        let (mut tau, mut sigma) = ([0.0f32; BLOCK], [0.0f32; BLOCK]);
+        for (b, &spectrum) in self.spectrum_of(lane).iter().enumerate() {
+            let (columns, density) = at.block(b);
+            out[b * BLOCK..(b + 1) * BLOCK].copy_from_slice(&columns);
+            for k in 0..BLOCK {
+                tau[k] += spectrum[k] * columns[k];
+                sigma[k] += spectrum[k] * density[k];
             }
         }
+        (f64::from(sum(tau)), f64::from(sum(sigma)))
+    }
+
+    /// `s_k` at one wavelength.
+    #[inline(always)]
+    fn spectrum_of(&self, lane: usize) -> &[Eight] {
+        let n = self.count / BLOCK;
+        &self.by_lane[lane * n..(lane + 1) * n]
     }
 
     /// Extinction coefficient at a radius and one wavelength \[m⁻¹\].
     #[inline(always)]
     pub(crate) fn extinction_at(&self, r: f64, lane: usize) -> f64 {
-        let n = self.count;
+        let n = self.count / BLOCK;
         let t = &*self.of_all;
         let i = t.guide.interval(r);
-        let (below, above) = (t.radius_m[i], t.radius_m[i + 1]);
-        let f = ((r - below) / (above - below)).clamp(0.0, 1.0) as f32;
-        let (a, b) = t.density[i * n..(i + 2) * n].split_at(n);
-        let spectrum = &self.by_lane[lane * n..(lane + 1) * n];
-        let terms = a.iter().zip(b).zip(spectrum);
-        f64::from(terms.map(|((a, b), s)| (a + f * (b - a)) * s).sum::<f32>())
+        let f = ((r - t.radius_m[i]) * t.inverse_thickness[i]).clamp(0.0, 1.0) as f32;
+        let (below, above) = t.density[i * n..(i + 2) * n].split_at(n);
+        let mut total = [0.0f32; BLOCK];
+        for ((&a, &b), &s) in below.iter().zip(above).zip(self.spectrum_of(lane)) {
+            for k in 0..BLOCK {
+                total[k] += (a[k] + f * (b[k] - a[k])) * s[k];
+            }
+        }
+        f64::from(sum(total))
+    }
+
+    /// Optical depth of columns at one block of wavelengths.
+    #[inline(always)]
+    pub(crate) fn optical_depth_block(&self, columns: &[f32], block: usize) -> Block {
+        let n = self.count;
+        let mut sum = [0.0; lanes::BLOCK];
+        let spectra = &self.spectra[block * n..(block + 1) * n];
+        for (&c, spectrum) in columns[..n].iter().zip(spectra) {
+            sum = lanes::each(|i| sum[i] + c * spectrum[i]);
+        }
+        sum
     }
 
     /// Optical depth of columns at every wavelength.
     #[inline(always)]
     pub(crate) fn optical_depth(&self, columns: &[f32], tau: &mut [f32]) {
-        let columns = &columns[..self.count];
-        for (block, tau) in tau.chunks_exact_mut(lanes::BLOCK).enumerate() {
-            let mut sum = [0.0f32; lanes::BLOCK];
-            for (k, &c) in columns.iter().enumerate() {
-                let at = k * self.lanes + block * lanes::BLOCK;
-                let spectrum = &self.spectra[at..at + lanes::BLOCK];
-                for i in 0..lanes::BLOCK {
-                    sum[i] += c * spectrum[i];
-                }
-            }
-            tau.copy_from_slice(&sum);
+        for (block, tau) in lanes::blocks_mut(tau).enumerate() {
+            *tau = self.optical_depth_block(columns, block);
         }
     }
 
     /// Optical depth of columns at one wavelength.
     #[inline(always)]
     pub(crate) fn optical_depth_at(&self, columns: &[f32], lane: usize) -> f64 {
-        let n = self.count;
-        let spectrum = &self.by_lane[lane * n..(lane + 1) * n];
-        columns[..n]
-            .iter()
-            .zip(spectrum)
-            .map(|(&c, &s)| f64::from(c * s))
-            .sum()
+        let mut tau = [0.0f32; BLOCK];
+        for (c, &s) in columns.chunks_exact(BLOCK).zip(self.spectrum_of(lane)) {
+            let c = eight(c);
+            for k in 0..BLOCK {
+                tau[k] += c[k] * s[k];
+            }
+        }
+        f64::from(sum(tau))
     }
 }
 
-/// Directions that are integrated at a time.
-const ABREAST: usize = 8;
-
 impl Table {
-    fn new(medium: &LayeredMedium, density: Vec<f32>, count: usize) -> Self {
+    fn new(medium: &LayeredMedium, density: &[f32], count: usize) -> Self {
         let radius_m = medium.node_radii_m().to_vec();
         let nodes = radius_m.len();
         let top = radius_m[nodes - 1];
@@ -214,6 +265,7 @@ impl Table {
                 }
             })
             .collect();
+        let inverse_thickness = radius_m.windows(2).map(|r| 1.0 / (r[1] - r[0])).collect();
         let mut this = Self {
             count,
             guide: medium.guide().clone(),
@@ -221,23 +273,15 @@ impl Table {
             to_top_squared,
             shortest_m,
             inverse_stretch,
-            density,
+            inverse_thickness,
+            density: density.chunks_exact(BLOCK).map(eight).collect(),
             table: Vec::new(),
         };
-        let mut table = vec![0.0; nodes * COSINES * count];
+        let mut table = vec![[0.0; BLOCK]; nodes * COSINES * count / BLOCK];
         table
-            .par_chunks_mut(COSINES * count)
+            .par_chunks_mut(COSINES * count / BLOCK)
             .enumerate()
-            .for_each(|(node, rows)| {
-                for (group, rows) in rows.chunks_mut(ABREAST * count).enumerate() {
-                    let mut cosines = [0.0; ABREAST];
-                    for (i, mu) in cosines.iter_mut().enumerate() {
-                        let entry = (group * ABREAST + i).min(COSINES - 1);
-                        *mu = this.cosine_of(node, entry);
-                    }
-                    integrate_to_top(&this, node, &cosines, rows);
-                }
-            });
+            .for_each(|(node, rows)| integrate_to_top(&this, node, rows));
         this.table = table;
         this
     }
@@ -255,190 +299,133 @@ impl Table {
     }
 }
 
-/// Exact columns from a node upwards to the top in several directions: shell by shell, with density linear in radius.
-///
-/// * `out` — shape (direction, k)
+/// A place in the table: four rows to interpolate, and the piece of a shell below them.
+struct Lookup<'a> {
+    /// Columns to the top at four directions, shape (4, block of k).
+    rows: &'a [Eight],
+    /// Densities at the nodes below and above, shape (2, block of k).
+    density: &'a [Eight],
+    cubic: [f32; 4],
+    /// The way to the node above \[m\], and the mean fraction of the shell on it.
+    length: f32,
+    mean: f32,
+    /// Fraction of the shell at the point itself.
+    fraction: f32,
+}
+
+impl Lookup<'_> {
+    /// One block of the columns to the top, and of the densities at the point.
+    #[inline(always)]
+    fn block(&self, b: usize) -> (Eight, Eight) {
+        let n = self.density.len() / 2;
+        let (r0, r1) = (self.rows[b], self.rows[n + b]);
+        let (r2, r3) = (self.rows[2 * n + b], self.rows[3 * n + b]);
+        let (below, above) = (self.density[b], self.density[n + b]);
+        let w = self.cubic;
+        let (mut columns, mut density) = ([0.0; BLOCK], [0.0; BLOCK]);
+        for k in 0..BLOCK {
+            let slope = above[k] - below[k];
+            columns[k] = w[0] * r0[k]
+                + w[1] * r1[k]
+                + w[2] * r2[k]
+                + w[3] * r3[k]
+                + self.length * (below[k] + self.mean * slope);
+            density[k] = below[k] + self.fraction * slope;
+        }
+        (columns, density)
+    }
+}
+
+/// A slice of [`BLOCK`] values as an array.
+#[inline(always)]
+fn eight(values: &[f32]) -> Eight {
+    let mut out = [0.0; BLOCK];
+    out.copy_from_slice(values);
+    out
+}
+
+#[inline(always)]
+fn sum(a: Eight) -> f32 {
+    // As in `lanes::tree_sum`, a stop to the compiler's shuffling.
+    let a = std::hint::black_box(a);
+    ((a[0] + a[4]) + (a[2] + a[6])) + ((a[1] + a[5]) + (a[3] + a[7]))
+}
+
+/// Exact columns from a node upwards to the top in all of the table's directions: shell by shell, with density linear in
+/// radius.
 #[multiversion(targets(
     "x86_64+avx512f+avx512bw+avx512dq+avx512vl",
     "x86_64+avx2+fma",
     "aarch64+neon"
 ))]
-fn integrate_to_top(table: &Table, node: usize, cosines: &[f64; ABREAST], out: &mut [f32]) {
-    let count = table.count;
-    let mut sums = vec![0.0f64; ABREAST * count];
-    let mut s = cosines.map(|mu| table.radius_m[node] * mu);
-    for j in node + 1..table.radius_m.len() {
-        let (below, above) = (table.radius_m[j - 1], table.radius_m[j]);
+fn integrate_to_top(table: &Table, node: usize, rows: &mut [Eight]) {
+    let n = table.count;
+    let radius_m = &table.radius_m;
+    // Distances from the point nearest the planet's centre.
+    let mut s: Vec<f64> = (0..COSINES)
+        .map(|m| radius_m[node] * table.cosine_of(node, m))
+        .collect();
+    let (mut length, mut mean) = (vec![0.0; COSINES], vec![0.0; COSINES]);
+    let mut sum = vec![0.0f64; COSINES * n];
+    for j in node + 1..radius_m.len() {
+        let (below, above) = (radius_m[j - 1], radius_m[j]);
         let rise = (above - below) * (above + below);
-        let (mut length, mut mean) = ([0.0; ABREAST], [0.0; ABREAST]);
-        for i in 0..ABREAST {
-            let s_next = (s[i] * s[i] + rise).sqrt();
-            mean[i] = mean_fraction(s[i], s_next, below, above, below);
-            length[i] = s_next - s[i];
-            s[i] = s_next;
+        for ((s, length), mean) in s.iter_mut().zip(&mut length).zip(&mut mean) {
+            let s_next = (*s * *s + rise).sqrt();
+            *length = s_next - *s;
+            *mean = mean_fraction(*s, s_next, below, 0.0, table.inverse_thickness[j - 1]);
+            *s = s_next;
         }
-        let rows = table.density[(j - 1) * count..(j + 1) * count].split_at(count);
-        for (i, sum) in sums.chunks_exact_mut(count).enumerate() {
-            for ((v, &a), &b) in sum.iter_mut().zip(rows.0).zip(rows.1) {
-                let (a, b) = (f64::from(a), f64::from(b));
-                *v += length[i] * (a + mean[i] * (b - a));
+        let density: Vec<f64> = table.density[(j - 1) * n / BLOCK..(j + 1) * n / BLOCK]
+            .iter()
+            .flatten()
+            .map(|&c| f64::from(c))
+            .collect();
+        let (a, b) = density.split_at(n);
+        let ways = length.iter().zip(&mean);
+        for (row, (&length, &mean)) in sum.chunks_exact_mut(n).zip(ways) {
+            for ((v, &a), &b) in row.iter_mut().zip(a).zip(b) {
+                *v += length * (a + mean * (b - a));
             }
         }
     }
-    for (o, &v) in out.iter_mut().zip(&sums) {
-        *o = v as f32;
+    for (row, sum) in rows.iter_mut().flatten().zip(sum) {
+        *row = sum as f32;
     }
 }
 
-/// Mean, along a ray in one shell, of the fraction `(r − below) / (above − below)`; `s` is the distance from the point
-/// nearest the planet's centre, and `r` the radius at `s`. Simpson's rule: `r(s)` is a gentle hyperbola.
+/// Mean, along a ray in one shell up to its upper node, of the fraction `(r − below) / (above − below)`.
+///
+/// * `s`, `s_end` — distances from the point nearest the planet's centre, at the start and at the node
+/// * `r`, `start` — radius and fraction at the start
+///
+/// Simpson's rule: `r(s)` is a gentle hyperbola.
 #[inline(always)]
-fn mean_fraction(s: f64, s_end: f64, below: f64, above: f64, r: f64) -> f64 {
+fn mean_fraction(s: f64, s_end: f64, r: f64, start: f64, inverse_thickness: f64) -> f64 {
     let s_mid = 0.5 * (s + s_end);
     // r_mid − r without cancellation, from r_mid² − r² = s_mid² − s².
     let rise = (s_mid - s) * (s_mid + s);
     let r_mid = (r * r + rise).sqrt();
-    let thickness = above - below;
-    let start = (r - below) / thickness;
-    let middle = start + rise / ((r_mid + r) * thickness);
-    (start + 4.0 * middle + 1.0) / 6.0
+    let middle = start + rise * inverse_thickness / (r_mid + r);
+    (start + 4.0 * middle + 1.0) * (1.0 / 6.0)
 }
 
 /// Lagrange's cubic through four equidistant values, at `x` from the first; inside, 1 ≤ x ≤ 2.
 #[inline(always)]
 fn cubic_weights(x: f64) -> [f32; 4] {
     let (a, b, c, d) = (x, x - 1.0, x - 2.0, x - 3.0);
+    let (ab, cd) = (a * b, c * d);
     [
-        (-b * c * d / 6.0) as f32,
-        (a * c * d / 2.0) as f32,
-        (-a * b * d / 2.0) as f32,
-        (a * b * c / 6.0) as f32,
+        (-1.0 / 6.0 * b * cd) as f32,
+        (0.5 * a * cd) as f32,
+        (-0.5 * ab * d) as f32,
+        (1.0 / 6.0 * ab * c) as f32,
     ]
-}
-
-/// Columns along one ray, from its start to any distance.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct RayGeometry {
-    /// Radius at the start \[m\].
-    r0: f64,
-    /// Cosine of the zenith angle at the start.
-    mu0: f64,
-    /// Distance to the point nearest the planet's centre \[m\]; negative when it lies behind.
-    tangent_m: f64,
-}
-
-impl RayGeometry {
-    #[inline(always)]
-    pub(crate) fn new(ray: &Ray) -> Self {
-        let r0 = ray.origin.length();
-        let tangent_m = ray.distance_to_tangent_m();
-        Self {
-            r0,
-            mu0: -tangent_m / r0,
-            tangent_m,
-        }
-    }
-
-    /// Distance to the point nearest the planet's centre \[m\]; negative when it lies behind.
-    #[inline(always)]
-    pub(crate) fn tangent_m(&self) -> f64 {
-        self.tangent_m
-    }
-
-    /// Radius and cosine of the zenith angle at a distance.
-    #[inline(always)]
-    pub(crate) fn at(&self, distance_m: f64) -> (f64, f64) {
-        let r = (self.r0 * self.r0 + distance_m * (2.0 * self.r0 * self.mu0 + distance_m)).sqrt();
-        (r, (distance_m - self.tangent_m) / r)
-    }
-}
-
-/// Columns from the start of a ray to points along it.
-pub(crate) struct RayColumns<'a> {
-    columns: &'a Columns,
-    pub(crate) geometry: RayGeometry,
-    /// Columns to the top from the start, backwards if the ray falls.
-    start: &'a mut [f32],
-    /// Twice the columns to the top from the tangent point, where the ray falls first and rises after.
-    tangent: &'a mut [f32],
-}
-
-impl<'a> RayColumns<'a> {
-    /// `start` and `tangent` are memory of [`Columns::count`] values each.
-    #[inline(always)]
-    pub(crate) fn new(
-        columns: &'a Columns,
-        ray: &Ray,
-        start: &'a mut [f32],
-        tangent: &'a mut [f32],
-    ) -> Self {
-        let geometry = RayGeometry::new(ray);
-        columns.to_top(geometry.r0, geometry.mu0.abs(), start);
-        if geometry.tangent_m > 0.0 {
-            let (r, _) = geometry.at(geometry.tangent_m);
-            columns.to_top(r.max(columns.of_all.radius_m[0]), 0.0, tangent);
-        }
-        Self {
-            columns,
-            geometry,
-            start,
-            tangent,
-        }
-    }
-
-    /// Whether the ray leads away from the planet from its start.
-    #[inline(always)]
-    pub(crate) fn rises(&self) -> bool {
-        self.geometry.tangent_m <= 0.0
-    }
-
-    /// Extinction coefficient at a distance and one wavelength \[m⁻¹\].
-    #[inline(always)]
-    pub(crate) fn extinction(&self, distance_m: f64, lane: usize) -> f64 {
-        let (r, _) = self.geometry.at(distance_m);
-        self.columns.extinction_at(r, lane)
-    }
-
-    /// Columns from the start to where the ray leaves the air.
-    #[inline(always)]
-    pub(crate) fn to_space(&self, out: &mut [f32]) {
-        let n = self.columns.count;
-        let (start, out) = (&self.start[..n], &mut out[..n]);
-        if self.rises() {
-            out.copy_from_slice(start);
-        } else {
-            for k in 0..n {
-                out[k] = 2.0 * self.tangent[k] - start[k];
-            }
-        }
-    }
-
-    /// Columns from the start to a distance.
-    #[inline(always)]
-    pub(crate) fn to(&self, distance_m: f64, out: &mut [f32]) {
-        let (r, mu) = self.geometry.at(distance_m);
-        self.columns.to_top(r, mu.abs(), out);
-        let n = self.columns.count;
-        let (start, out) = (&self.start[..n], &mut out[..n]);
-        if self.geometry.tangent_m <= 0.0 {
-            for k in 0..n {
-                out[k] = start[k] - out[k];
-            }
-        } else if mu <= 0.0 {
-            for k in 0..n {
-                out[k] -= start[k];
-            }
-        } else {
-            let tangent = &self.tangent[..n];
-            for k in 0..n {
-                out[k] = 2.0 * tangent[k] - out[k] - start[k];
-            }
-        }
-    }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::{Ray, RayColumns, RayGeometry};
     use super::*;
     use crate::math::{Rng, Vec3};
     use crate::optics::Phase;
@@ -484,10 +471,10 @@ mod tests {
         for &r in m.node_radii_m() {
             let below = r * r - ray.impact_parameter_squared();
             if below > 0.0 {
-                cuts.extend([g.tangent_m - below.sqrt(), g.tangent_m + below.sqrt()]);
+                cuts.extend([g.tangent_m() - below.sqrt(), g.tangent_m() + below.sqrt()]);
             }
         }
-        cuts.push(g.tangent_m);
+        cuts.push(g.tangent_m());
         cuts.retain(|s| (0.0..=end_m).contains(s));
         cuts.sort_by(f64::total_cmp);
         let mut tau = 0.0;

@@ -215,6 +215,32 @@ impl LayeredMedium {
         &self.species[species][node * self.lanes..(node + 1) * self.lanes]
     }
 
+    /// `out += factor · σ_s` of one species at a place between nodes (see [`LayeredMedium::locate_radius`]).
+    #[inline(always)]
+    pub(crate) fn add_scattering(
+        &self,
+        species: usize,
+        (i, t): (usize, f32),
+        factor: &[f32],
+        out: &mut [f32],
+    ) {
+        let (below, above) = (
+            self.species_row(species, i),
+            self.species_row(species, i + 1),
+        );
+        let rows = lanes::blocks(below).zip(lanes::blocks(above));
+        let rows = rows.zip(lanes::blocks(factor));
+        for (out, ((a, b), &f)) in lanes::blocks_mut(out).zip(rows) {
+            let (sigma, before) = (lanes::lerp_block(a, b, t), *out);
+            *out = lanes::each(|i| before[i] + f[i] * sigma[i]);
+        }
+    }
+
+    /// σ_t \[m⁻¹\] at a node, one row.
+    pub(crate) fn extinction_row(&self, node: usize) -> &[f32] {
+        &self.sigma_t[node * self.lanes..(node + 1) * self.lanes]
+    }
+
     /// Node below a radius and how far it is on the way to the next, in [0, 1].
     #[inline(always)]
     pub(crate) fn locate_radius(&self, r: f64) -> (usize, f32) {

@@ -10,14 +10,16 @@ mod cross;
 mod gridded;
 mod layered;
 mod ray;
+mod ray_columns;
 
 pub use atmosphere::{
     air_scattering, from_atmosphere, gas_absorption, grid_with_edges, GasAbsorption,
 };
-pub(crate) use columns::{Columns, RayColumns, RayGeometry};
+pub(crate) use columns::Columns;
 pub use gridded::{GridBox, GriddedMedium};
 pub use layered::LayeredMedium;
 pub use ray::{Ray, Span};
+pub(crate) use ray_columns::{RayColumns, RayGeometry};
 
 use crate::math::Vec3;
 use crate::optics::Phase;

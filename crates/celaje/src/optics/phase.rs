@@ -172,24 +172,24 @@ impl Phase {
     /// `p(cos θ)` at every wavelength \[sr⁻¹\]; `out` and the phase function have the same padded length.
     #[inline(always)]
     pub fn eval(&self, cos_theta: f64, out: &mut [f32]) {
-        let n = out.len();
         match &self.0 {
             Kind::Rayleigh {
                 constant, square, ..
             } => {
                 let c2 = (cos_theta * cos_theta) as f32;
-                let (a, b) = (&constant[..n], &square[..n]);
-                for i in 0..n {
-                    out[i] = a[i] + b[i] * c2;
+                let rows = lanes::blocks(constant).zip(lanes::blocks(square));
+                for (out, (&a, &b)) in lanes::blocks_mut(out).zip(rows) {
+                    *out = lanes::each(|i| a[i] + b[i] * c2);
                 }
             }
             Kind::HenyeyGreenstein { g } => {
-                let g = &g[..n];
                 // 1 + g² − 2g cos θ = (1 − g)² + 2g (1 − cos θ), which keeps its digits near the peak.
                 let back = (1.0 - cos_theta) as f32;
-                for i in 0..n {
-                    let x = (1.0 - g[i]) * (1.0 - g[i]) + 2.0 * g[i] * back;
-                    out[i] = (0.25 / std::f32::consts::PI) * (1.0 - g[i] * g[i]) / (x * x.sqrt());
+                for (out, &g) in lanes::blocks_mut(out).zip(lanes::blocks(g)) {
+                    let x = lanes::each(|i| (1.0 - g[i]) * (1.0 - g[i]) + 2.0 * g[i] * back);
+                    *out = lanes::each(|i| {
+                        (0.25 / std::f32::consts::PI) * (1.0 - g[i] * g[i]) / (x[i] * x[i].sqrt())
+                    });
                 }
             }
             Kind::Table(t) => {

@@ -1,13 +1,9 @@
 //! Light scattered not at all or once: a line integral along the first ray, by stratified quadrature.
 
-use super::path::Rows;
 use super::scene::Scene;
 use super::stokes::add_first_order;
 use crate::math::{lanes, Sampler, Vec3};
-use crate::medium::{Columns, LayeredMedium, Medium, Ray, RayColumns, RayGeometry};
-
-/// Points of the line integral that every path adds. A pixel's paths stratify them further, by their common Sobol sequence.
-const POINTS: usize = 4;
+use crate::medium::{Columns, LayeredMedium, Medium, Ray, RayColumns};
 
 /// Cells of the first look along a pixel's ray.
 const CELLS: usize = 32;
@@ -18,25 +14,57 @@ const BLIND: f32 = 0.15;
 /// Least guess of a wavelength's radiance over its sunlight, relative to the brightest one.
 const FLOOR: f32 = 0.02;
 
+/// Rows that both the first order and the later ones work on.
+pub(super) struct Rows {
+    pub tau: Vec<f32>,
+    pub transmittance: Vec<f32>,
+    pub columns: Vec<f32>,
+    pub start: Vec<f32>,
+    pub tangent: Vec<f32>,
+    /// Columns of a second ray, towards the sun.
+    pub sun_columns: Vec<f32>,
+    pub sun_scratch: Vec<f32>,
+}
+
+impl Rows {
+    pub fn new(lanes: usize, columns: usize) -> Self {
+        Self {
+            tau: vec![0.0; lanes],
+            transmittance: vec![0.0; lanes],
+            columns: vec![0.0; columns],
+            start: vec![0.0; columns],
+            tangent: vec![0.0; columns],
+            sun_columns: vec![0.0; columns],
+            sun_scratch: vec![0.0; columns],
+        }
+    }
+}
+
 /// Single scattering of a pixel: a first look that says where along the ray light comes from, and estimates after it.
 pub(super) struct FirstOrder {
     /// First guess of the pixel's spectrum, positive, one row (1 in the padding).
     pub guess: Vec<f32>,
-    /// Distribution over the cells, shape (CELLS + 1,).
+    /// Density of the places at the nodes between cells, linear from one to the next, shape (CELLS + 1,).
+    density: Vec<f32>,
+    /// Its integral up to the nodes.
     cdf: Vec<f32>,
-    /// The integrand in each cell, shape (CELLS, lanes).
-    cells: Vec<f32>,
+    /// The integrand at the nodes, shape (CELLS + 1, lanes).
+    nodes: Vec<f32>,
     phase: Vec<f32>,
-    sigma_s: Vec<f32>,
     light: Vec<f32>,
     polarised: Option<Polarised>,
-    limb: Vec<f32>,
+    /// Direction towards the point of the sun that the present path meets, and the irradiance from it, one row.
+    pub towards_sun: Vec3,
+    pub beam: Vec<f32>,
+    /// Species that scatter anywhere.
+    pub scatterers: Vec<usize>,
+    dark_universe: bool,
     wavelengths: usize,
 }
 
 /// How a stretch of ray is walked: `x` in [0, 1] to distance, crowding where the air is densest.
 #[derive(Debug, Clone, Copy)]
-enum Walk {
+pub(super) enum Walk {
     /// Away from the ground: crowds at the start.
     Rising,
     /// Onto the ground: crowds at both ends.
@@ -46,7 +74,7 @@ enum Walk {
 }
 
 impl Walk {
-    fn new(tangent_m: f64, length_m: f64, meets_ground: bool) -> Self {
+    pub fn new(tangent_m: f64, length_m: f64, meets_ground: bool) -> Self {
         if meets_ground {
             Self::Falling
         } else if tangent_m > 0.0 {
@@ -58,7 +86,7 @@ impl Walk {
 
     /// Share of the length, and its derivative.
     #[inline(always)]
-    fn at(self, x: f64) -> (f64, f64) {
+    pub fn at(self, x: f64) -> (f64, f64) {
         match self {
             Self::Rising => (x * x * x, 3.0 * x * x),
             Self::Falling => (x * x * (3.0 - 2.0 * x), 6.0 * x * (1.0 - x)),
@@ -103,21 +131,28 @@ impl Stretch {
 struct Polarised {
     phase: Vec<f32>,
     light: Vec<f32>,
-    sum: Vec<f32>,
 }
 
 impl FirstOrder {
-    pub fn new(medium: &LayeredMedium) -> Self {
+    pub fn new(scene: &Scene<'_, LayeredMedium>) -> Self {
+        let medium = scene.medium;
         let lanes = medium.lanes();
+        let scatters = |&k: &usize| {
+            (0..medium.node_radii_m().len())
+                .any(|node| medium.species_row(k, node).iter().any(|&s| s > 0.0))
+        };
         Self {
             guess: vec![1.0; lanes],
+            density: vec![0.0; CELLS + 1],
             cdf: vec![0.0; CELLS + 1],
-            cells: vec![0.0; CELLS * lanes],
+            nodes: vec![0.0; (CELLS + 1) * lanes],
             phase: vec![0.0; lanes * medium.phases().len()],
-            sigma_s: vec![0.0; lanes],
             light: vec![0.0; lanes],
             polarised: None,
-            limb: vec![0.0; lanes],
+            towards_sun: scene.sun.direction,
+            beam: vec![0.0; lanes],
+            scatterers: (0..medium.phases().len()).filter(scatters).collect(),
+            dark_universe: scene.background.iter().all(|&l| l == 0.0),
             wavelengths: medium.wavelength_nm().len(),
         }
     }
@@ -127,7 +162,6 @@ impl FirstOrder {
         self.polarised = Some(Polarised {
             phase: vec![0.0; self.phase.len()],
             light: vec![0.0; self.light.len()],
-            sum: vec![0.0; self.light.len()],
         });
     }
 
@@ -142,32 +176,27 @@ impl FirstOrder {
     ) {
         let w = self.wavelengths;
         self.guess.fill(0.0);
-        self.cells.fill(0.0);
+        self.nodes.fill(0.0);
         let towards = scene.sun.direction;
         if let Some(stretch) = centre.and_then(|ray| Stretch::new(scene.medium, ray)) {
-            self.limb.copy_from_slice(&scene.sun.irradiance);
+            self.beam.copy_from_slice(&scene.sun.irradiance);
             self.evaluate_phases(scene, stretch.ray.direction.dot(towards));
             let n = self.light.len();
-            for cell in 0..CELLS {
-                let x = (cell as f64 + 0.5) / CELLS as f64;
+            for node in 0..=CELLS {
+                let x = node as f64 / CELLS as f64;
                 let (share, derivative) = stretch.walk.at(x);
-                let factor = derivative * stretch.length_m / CELLS as f64;
+                let at_m = share * stretch.length_m;
+                let factor = (derivative * stretch.length_m) as f32;
+                let width = if node == 0 || node == CELLS { 0.5 } else { 1.0 } / CELLS as f32;
                 self.light.fill(0.0);
-                self.scattered_at(
-                    scene,
-                    columns,
-                    rows,
-                    &stretch,
-                    share * stretch.length_m,
-                    towards,
-                );
-                for ((c, g), &l) in self.cells[cell * n..(cell + 1) * n]
+                self.scattered_at(scene, columns, rows, &stretch, at_m, towards);
+                for ((c, g), &l) in self.nodes[node * n..(node + 1) * n]
                     .iter_mut()
                     .zip(&mut self.guess)
                     .zip(&self.light)
                 {
-                    *c = l * factor as f32;
-                    *g += *c;
+                    *c = l * factor;
+                    *g += *c * width;
                 }
             }
             if stretch.meets_ground {
@@ -197,24 +226,26 @@ impl FirstOrder {
         self.distribute();
     }
 
-    /// The distribution over cells, from each cell's share of every wavelength's guess.
+    /// The density of places, from each node's share of every wavelength's guess.
     #[inline(always)]
     fn distribute(&mut self) {
         let n = self.guess.len();
-        let mut mass = [0.0f32; CELLS];
-        for (mass, cell) in mass.iter_mut().zip(self.cells.chunks_exact(n)) {
-            let shares = cell.iter().zip(&self.guess).take(self.wavelengths);
-            *mass = shares.map(|(c, guess)| c / guess).sum();
+        for (density, node) in self.density.iter_mut().zip(self.nodes.chunks_exact(n)) {
+            let shares = node.iter().zip(&self.guess).take(self.wavelengths);
+            *density = shares.map(|(c, guess)| c / guess).sum();
         }
-        let total: f32 = mass.iter().sum();
-        let blind = if total > 0.0 { BLIND } else { 1.0 };
-        for (cell, mass) in mass.iter().enumerate() {
-            let informed = if total > 0.0 {
-                (1.0 - blind) * mass / total
-            } else {
-                0.0
-            };
-            self.cdf[cell + 1] = self.cdf[cell] + informed + blind / CELLS as f32;
+        let mass = |d: &[f32]| 0.5 * (d[0] + d[1]) / CELLS as f32;
+        let total: f32 = self.density.windows(2).map(mass).sum();
+        let (blind, scale) = if total > 0.0 {
+            (BLIND, (1.0 - BLIND) / total)
+        } else {
+            (1.0, 0.0)
+        };
+        for density in &mut self.density {
+            *density = blind + scale * *density;
+        }
+        for (cell, density) in self.density.windows(2).enumerate() {
+            self.cdf[cell + 1] = self.cdf[cell] + mass(density);
         }
     }
 
@@ -230,14 +261,14 @@ impl FirstOrder {
         sampler: &mut Sampler,
         out: &mut [f32],
     ) {
-        let jitter = sampler.uniform();
+        let place = sampler.uniform();
         let (towards, mu_squared) = scene.sun.sample(sampler.uniform(), sampler.uniform());
         let Some(stretch) = Stretch::new(scene.medium, ray) else {
             rows.transmittance.fill(1.0);
             self.add_unscattered(scene, &rows.transmittance, ray.direction, parts.0, out);
             return;
         };
-        if !stretch.meets_ground {
+        if !stretch.meets_ground && (parts.0 || !self.dark_universe) {
             let Rows {
                 columns: through,
                 start,
@@ -252,68 +283,60 @@ impl FirstOrder {
         if !parts.1 {
             return;
         }
-        self.limb.copy_from_slice(&scene.sun.irradiance);
-        scene.sun.limb(mu_squared, &mut self.limb);
+        self.towards_sun = towards;
+        self.beam.copy_from_slice(&scene.sun.irradiance);
+        scene.sun.limb(mu_squared, &mut self.beam);
         self.evaluate_phases(scene, stretch.ray.direction.dot(towards));
+        let (x, density) = self.draw(place as f32);
+        let (share, derivative) = stretch.walk.at(x);
+        let factor = (derivative * stretch.length_m) as f32 / density;
+        self.light.fill(0.0);
+        let distance_m = share * stretch.length_m;
+        self.scattered_at(scene, columns, rows, &stretch, distance_m, towards);
         if let Some(p) = &mut self.polarised {
-            p.sum.fill(0.0);
-        }
-        for point in 0..POINTS {
-            let u = (point as f64 + jitter) / POINTS as f64;
-            let (x, density) = self.draw(u as f32);
-            let (share, derivative) = stretch.walk.at(x);
-            let factor = (derivative * stretch.length_m / POINTS as f64) as f32 / density;
-            self.light.fill(0.0);
-            self.scattered_at(
-                scene,
-                columns,
-                rows,
-                &stretch,
-                share * stretch.length_m,
-                towards,
-            );
-            for (o, &l) in out.iter_mut().zip(&self.light) {
-                *o += factor * l;
-            }
-            if let Some(p) = &mut self.polarised {
-                lanes::add_scaled(&p.light, factor, &mut p.sum);
-            }
-        }
-        if let Some(p) = &self.polarised {
-            add_first_order(stretch.ray.direction, towards, &p.sum, out);
+            lanes::scale(&mut p.light, factor);
+            add_first_order(stretch.ray.direction, towards, &p.light, out);
         }
         if stretch.meets_ground {
-            self.light.fill(0.0);
+            lanes::scale(&mut self.light, factor);
             self.ground(scene, columns, rows, &stretch, towards);
             for (o, &l) in out.iter_mut().zip(&self.light) {
                 *o += l;
             }
+        } else {
+            for (o, &l) in out.iter_mut().zip(&self.light) {
+                *o += factor * l;
+            }
         }
     }
 
-    /// A place in [0, 1] from the distribution over cells, and its density.
+    /// A place in [0, 1] drawn from the density, and the density there.
     #[inline(always)]
     fn draw(&self, u: f32) -> (f64, f32) {
         let target = u * self.cdf[CELLS];
         let cell = self.cdf.partition_point(|&c| c <= target).clamp(1, CELLS) - 1;
-        let probability = self.cdf[cell + 1] - self.cdf[cell];
-        let within = ((target - self.cdf[cell]) / probability).clamp(0.0, 1.0);
+        let (a, b) = (self.density[cell], self.density[cell + 1]);
+        // a f + (b − a) f²/2 = v, v what is left in units of the cell's width.
+        let v = (target - self.cdf[cell]) * CELLS as f32;
+        let root = (a * a + 2.0 * (b - a) * v).max(0.0).sqrt();
+        let within = (2.0 * v / (a + root)).clamp(0.0, 1.0);
         let x = (cell as f64 + f64::from(within)) / CELLS as f64;
-        (x, probability * CELLS as f32 / self.cdf[CELLS])
+        (x, (a + (b - a) * within) / self.cdf[CELLS])
     }
 
     /// `p` of every species at one scattering angle: it is the same all along a straight ray.
     #[inline(always)]
     fn evaluate_phases(&mut self, scene: &Scene<'_, LayeredMedium>, cos_theta: f64) {
         let n = self.light.len();
-        for (row, phase) in self.phase.chunks_exact_mut(n).zip(scene.medium.phases()) {
-            phase.eval(cos_theta, row);
+        for &k in &self.scatterers {
+            scene.medium.phases()[k].eval(cos_theta, &mut self.phase[k * n..(k + 1) * n]);
         }
         if let Some(p) = &mut self.polarised {
             p.phase.fill(0.0);
             self.light.fill(1.0);
-            for (row, phase) in p.phase.chunks_exact_mut(n).zip(scene.medium.phases()) {
-                phase.add_f12(cos_theta, &self.light, row);
+            for &k in &self.scatterers {
+                let row = &mut p.phase[k * n..(k + 1) * n];
+                scene.medium.phases()[k].add_f12(cos_theta, &self.light, row);
             }
         }
     }
@@ -336,7 +359,6 @@ impl FirstOrder {
         }
         if !sun_columns(
             columns,
-            medium,
             at,
             towards,
             &mut rows.sun_columns,
@@ -351,20 +373,17 @@ impl FirstOrder {
         columns.optical_depth(&rows.columns, &mut rows.tau);
         lanes::exp_neg(&rows.tau, &mut rows.transmittance);
         let n = self.light.len();
-        for (k, p) in self.phase.chunks_exact(n).enumerate() {
-            medium.species_scattering(k, at, &mut self.sigma_s);
-            for ((l, &s), &p) in self.light.iter_mut().zip(&self.sigma_s).zip(p) {
-                *l += s * p;
-            }
-            if let Some(p) = &mut self.polarised {
-                for ((l, &s), &f12) in p.light.iter_mut().zip(&self.sigma_s).zip(&p.phase[k * n..])
-                {
-                    *l += s * f12;
-                }
+        let place = medium.locate_radius(at.length());
+        for &k in &self.scatterers {
+            let p = &self.phase[k * n..(k + 1) * n];
+            medium.add_scattering(k, place, p, &mut self.light);
+            if let Some(polarised) = &mut self.polarised {
+                let f12 = &polarised.phase[k * n..(k + 1) * n];
+                medium.add_scattering(k, place, f12, &mut polarised.light);
             }
         }
         if let Some(p) = &mut self.polarised {
-            let sunlight = rows.transmittance.iter().zip(&self.limb);
+            let sunlight = rows.transmittance.iter().zip(&self.beam);
             for (l, (&t, &e)) in p.light.iter_mut().zip(sunlight) {
                 *l *= t * e;
             }
@@ -373,7 +392,7 @@ impl FirstOrder {
             .light
             .iter_mut()
             .zip(&rows.transmittance)
-            .zip(&self.limb)
+            .zip(&self.beam)
         {
             *l *= t * e;
         }
@@ -394,7 +413,6 @@ impl FirstOrder {
         if cosine <= 0.0
             || !sun_columns(
                 columns,
-                scene.medium,
                 at,
                 towards,
                 &mut rows.sun_columns,
@@ -410,7 +428,7 @@ impl FirstOrder {
         columns.optical_depth(&rows.columns, &mut rows.tau);
         lanes::exp_neg(&rows.tau, &mut rows.transmittance);
         let factor = (cosine / std::f64::consts::PI) as f32;
-        let lit = rows.transmittance.iter().zip(&self.limb).zip(&scene.albedo);
+        let lit = rows.transmittance.iter().zip(&self.beam).zip(&scene.albedo);
         for (l, ((&t, &e), &a)) in self.light.iter_mut().zip(lit) {
             *l += factor * t * e * a;
         }
@@ -456,28 +474,35 @@ fn view_columns(columns: &Columns, rows: &mut Rows, stretch: &Stretch, distance_
 #[inline(always)]
 pub(super) fn sun_columns(
     columns: &Columns,
-    medium: &LayeredMedium,
     at: Vec3,
     towards: Vec3,
     out: &mut [f32],
     scratch: &mut [f32],
 ) -> bool {
-    let geometry = RayGeometry::new(&Ray {
-        origin: at,
-        direction: towards,
-    });
-    let (r, mu) = geometry.at(0.0);
-    if mu >= 0.0 {
-        columns.to_top(r, mu, out);
+    let r = at.length();
+    columns_to_sun(columns, r, at.dot(towards) / r, out, scratch)
+}
+
+/// The same from a distance from the planet's centre \[m\] and the cosine of the sun's zenith angle there.
+#[inline(always)]
+pub(super) fn columns_to_sun(
+    columns: &Columns,
+    radius_m: f64,
+    mu_sun: f64,
+    out: &mut [f32],
+    scratch: &mut [f32],
+) -> bool {
+    if mu_sun >= 0.0 {
+        columns.to_top(radius_m, mu_sun, out);
         return true;
     }
-    let (lowest, _) = geometry.at(geometry.tangent_m());
-    if lowest < medium.ground_radius_m() {
+    let lowest = radius_m * (1.0 - mu_sun * mu_sun).max(0.0).sqrt();
+    if lowest < columns.ground_m() {
         return false;
     }
     // Down to the lowest point and up again.
     columns.to_top(lowest, 0.0, out);
-    columns.to_top(r, -mu, scratch);
+    columns.to_top(radius_m, -mu_sun, scratch);
     for (o, &s) in out.iter_mut().zip(scratch.iter()) {
         *o = 2.0 * *o - s;
     }

@@ -10,6 +10,8 @@
 mod classic;
 mod first_order;
 mod goal;
+mod guide;
+mod guided;
 mod path;
 mod render;
 mod scene;
@@ -17,11 +19,13 @@ mod shells;
 mod stokes;
 mod tracker;
 mod tracking;
+mod walker;
+mod way;
 mod weights;
 
 pub use classic::Classic;
 pub use goal::{render_until, Goal, Keep, Look, Outcome, Partial, Reins, MOST_PATHS};
-pub use path::{Path, PolarisedPath};
+pub use path::{Path, PolarisedPath, UnguidedPath};
 pub use render::{Budget, Control, Observer};
 pub use scene::{Scene, SunLight};
 pub use shells::{Accuracy, Shells, Solution, Tables, TablesOptions};

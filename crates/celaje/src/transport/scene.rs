@@ -155,10 +155,10 @@ impl SunLight {
         if self.one_minus_cos_radius == 0.0 {
             return;
         }
-        // ∫ μ^α d(μ²) = 1 / (1 + α/2).
-        let ln_mu = (0.5 * mu_squared.max(1e-12).ln()) as f32;
+        // ∫ μ^α d(μ²) = 1 / (1 + α/2); α ≥ 0.24.
+        let minus_ln_mu = (-0.5 * mu_squared.clamp(1e-12, 1.0).ln()) as f32;
         for (v, &alpha) in row.iter_mut().zip(&self.limb_exponent) {
-            *v *= (1.0 + 0.5 * alpha) * (alpha * ln_mu).exp();
+            *v *= (1.0 + 0.5 * alpha) * lanes::exp_and_loss(alpha * minus_ln_mu).0;
         }
     }
 

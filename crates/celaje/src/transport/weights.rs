@@ -78,43 +78,25 @@ impl Weights {
         new
     }
 
-    /// As [`Weights::scatter`], but a share of the directions is drawn about the sun instead of the old direction.
-    ///
-    /// The next vertex sees the sun through its phase function, whose peak a path would rarely meet by itself: drawing
-    /// the direction from that peak first makes both vertices' peaks common. The density is that of the mixture, so the
-    /// estimate stays unbiased whatever the share.
-    #[inline(always)]
-    pub fn scatter_with_sun<M: Medium>(
-        &mut self,
-        medium: &M,
-        direction: Vec3,
-        towards_sun: Vec3,
-        share: f64,
-        u: [f64; 3],
-    ) -> Vec3 {
-        let about_sun = u[0] < share;
-        let (axis, u0) = if about_sun {
-            (towards_sun, u[0] / share)
-        } else {
-            (direction, (u[0] - share) / (1.0 - share))
-        };
-        let new = self.draw_about(medium, axis, [u0, u[1], u[2]]);
-        self.mix_phases(medium, towards_sun.dot(new));
-        let about_sun = lanes::sum(&self.light) / self.total;
-        self.mix_phases(medium, direction.dot(new));
-        let about_old = lanes::sum(&self.light) / self.total;
-        self.leave(share as f32 * about_sun + (1.0 - share as f32) * about_old);
-        new
-    }
-
     /// A direction about an axis from the mean of all wavelengths' phase functions.
     #[inline(always)]
-    fn draw_about<M: Medium>(&self, medium: &M, axis: Vec3, u: [f64; 3]) -> Vec3 {
+    pub fn draw_about<M: Medium>(&self, medium: &M, axis: Vec3, u: [f64; 3]) -> Vec3 {
         let n = self.weight.len();
         // One species and one wavelength, by what they carry; which ones is then forgotten.
-        let chosen = lanes::pick(&self.split, u[0] as f32 * self.total);
-        let cos_theta = medium.phases()[chosen / n].sample(chosen % n, u[1]);
-        axis.deflected(cos_theta, std::f64::consts::TAU * u[2])
+        let mut target = u[0] as f32 * self.total;
+        let mut species = 0;
+        for (k, &sum) in self.split_sum.iter().enumerate() {
+            if sum > 0.0 {
+                species = k;
+                if target < sum {
+                    break;
+                }
+                target -= sum;
+            }
+        }
+        let lane = lanes::pick(&self.split[species * n..(species + 1) * n], target);
+        let cos_theta = medium.phases()[species].sample(lane, u[1]);
+        axis.deflected_by_turn(cos_theta, u[2])
     }
 
     /// Goes on with what `light` holds, divided by the density of the direction.

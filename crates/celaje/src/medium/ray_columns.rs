@@ -1,0 +1,228 @@
+//! Columns along one straight ray, and where on it an optical depth is reached.
+
+use super::columns::Columns;
+use super::Ray;
+
+/// Where a ray runs, as seen from the planet's centre.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct RayGeometry {
+    /// Radius at the start \[m\].
+    r0: f64,
+    /// Cosine of the zenith angle at the start.
+    mu0: f64,
+    /// Distance to the point nearest the planet's centre \[m\]; negative when it lies behind.
+    tangent_m: f64,
+}
+
+impl RayGeometry {
+    #[inline(always)]
+    pub(crate) fn new(ray: &Ray) -> Self {
+        Self::from_start(ray.origin.length(), ray.distance_to_tangent_m())
+    }
+
+    /// The same from the radius at the start and the distance to the point nearest the planet's centre \[m\].
+    #[inline(always)]
+    pub(crate) fn from_start(r0: f64, tangent_m: f64) -> Self {
+        Self {
+            r0,
+            mu0: -tangent_m / r0,
+            tangent_m,
+        }
+    }
+
+    /// Distance to the point nearest the planet's centre \[m\]; negative when it lies behind.
+    #[inline(always)]
+    pub(crate) fn tangent_m(&self) -> f64 {
+        self.tangent_m
+    }
+
+    /// Radius at the point nearest the planet's centre \[m\].
+    #[inline(always)]
+    pub(crate) fn lowest_m(&self) -> f64 {
+        (self.r0 * self.r0 - self.tangent_m * self.tangent_m)
+            .max(0.0)
+            .sqrt()
+    }
+
+    /// Radius and cosine of the zenith angle at a distance.
+    #[inline(always)]
+    pub(crate) fn at(&self, distance_m: f64) -> (f64, f64) {
+        let r = (self.r0 * self.r0 + distance_m * (distance_m - 2.0 * self.tangent_m)).sqrt();
+        (r, (distance_m - self.tangent_m) / r)
+    }
+}
+
+/// Columns from the start of a ray to points along it.
+pub(crate) struct RayColumns<'a> {
+    columns: &'a Columns,
+    pub(crate) geometry: RayGeometry,
+    /// Columns to the top from the start, backwards if the ray falls.
+    start: &'a mut [f32],
+    /// Columns to the top from the point nearest the planet's centre, if the ray passes one above the ground.
+    tangent: &'a mut [f32],
+    /// Whether it does.
+    grazes: bool,
+}
+
+impl<'a> RayColumns<'a> {
+    /// `start` and `tangent` are memory of [`Columns::count`] values each.
+    #[inline(always)]
+    pub(crate) fn new(
+        columns: &'a Columns,
+        ray: &Ray,
+        start: &'a mut [f32],
+        tangent: &'a mut [f32],
+    ) -> Self {
+        Self::along(columns, RayGeometry::new(ray), start, tangent)
+    }
+
+    /// The same for a ray given by its geometry.
+    #[inline(always)]
+    pub(crate) fn along(
+        columns: &'a Columns,
+        geometry: RayGeometry,
+        start: &'a mut [f32],
+        tangent: &'a mut [f32],
+    ) -> Self {
+        columns.to_top(geometry.r0, geometry.mu0.abs(), start);
+        let mut grazes = false;
+        if geometry.tangent_m > 0.0 {
+            let lowest = geometry.lowest_m();
+            // Rounding may put a ray that just misses the ground a hair below it.
+            let ground = columns.ground_m();
+            grazes = lowest > ground - 1e-3;
+            if grazes {
+                columns.to_top(lowest.max(ground), 0.0, tangent);
+            }
+        }
+        Self {
+            columns,
+            geometry,
+            start,
+            tangent,
+            grazes,
+        }
+    }
+
+    /// Whether the ray leads away from the planet from its start.
+    #[inline(always)]
+    pub(crate) fn rises(&self) -> bool {
+        self.geometry.tangent_m <= 0.0
+    }
+
+    /// Extinction coefficient at a distance and one wavelength \[m⁻¹\].
+    #[inline(always)]
+    pub(crate) fn extinction(&self, distance_m: f64, lane: usize) -> f64 {
+        let (r, _) = self.geometry.at(distance_m);
+        self.columns.extinction_at(r, lane)
+    }
+
+    /// Columns from the start to where the ray leaves the air; it must not meet the ground.
+    #[inline(always)]
+    pub(crate) fn to_space(&self, out: &mut [f32]) {
+        let n = self.columns.count();
+        let (start, out) = (&self.start[..n], &mut out[..n]);
+        if self.rises() {
+            out.copy_from_slice(start);
+        } else {
+            for ((o, &t), &s) in out.iter_mut().zip(self.tangent.iter()).zip(start) {
+                *o = 2.0 * t - s;
+            }
+        }
+    }
+
+    /// Columns from the start to a distance.
+    #[inline(always)]
+    pub(crate) fn to(&self, distance_m: f64, out: &mut [f32]) {
+        let (r, mu) = self.geometry.at(distance_m);
+        self.columns.to_top(r, mu.abs(), out);
+        self.since_start(mu, out);
+    }
+
+    /// Columns from the start, from those to the top at a point where the ray's zenith angle has the cosine `mu`.
+    #[inline(always)]
+    fn since_start(&self, mu: f64, out: &mut [f32]) {
+        let n = self.columns.count();
+        let (start, out) = (&self.start[..n], &mut out[..n]);
+        if self.rises() {
+            for (o, &s) in out.iter_mut().zip(start) {
+                *o = s - *o;
+            }
+        } else if mu <= 0.0 || !self.grazes {
+            for (o, &s) in out.iter_mut().zip(start) {
+                *o -= s;
+            }
+        } else {
+            for ((o, &t), &s) in out.iter_mut().zip(self.tangent.iter()).zip(start) {
+                *o = 2.0 * t - *o - s;
+            }
+        }
+    }
+
+    /// Distance at which the optical depth at one wavelength reaches `wanted`, which must lie within the ray's `length_m`; leaves
+    /// the columns up to there in `out`.
+    ///
+    /// What is looked for is the optical depth to the top at that point: on a falling stretch it is that of the start and
+    /// what is wanted besides, on a rising one what remains. As it falls off exponentially with height, Newton's method works
+    /// on its logarithm, kept inside a bracket.
+    #[inline(always)]
+    pub(crate) fn invert(&self, lane: usize, wanted: f64, length_m: f64, out: &mut [f32]) -> f64 {
+        const ITERATIONS: usize = 40;
+        let columns = self.columns;
+        let at_start = columns.optical_depth_at(self.start, lane);
+        let (mut low, mut high) = (0.0, length_m);
+        let (mut s, mut now) = (0.0, at_start);
+        let mut sigma = columns.extinction_at(self.geometry.r0, lane);
+        let (mut target, mut sign) = (at_start + wanted, 1.0);
+        if self.rises() {
+            (target, sign) = (at_start - wanted, -1.0);
+        } else if self.grazes {
+            let lowest = columns.optical_depth_at(self.tangent, lane);
+            let tangent_m = self.geometry.tangent_m.min(length_m);
+            if target < lowest {
+                high = tangent_m;
+            } else {
+                (target, sign) = (2.0 * lowest - target, -1.0);
+                (low, s, now) = (tangent_m, tangent_m, lowest);
+                sigma = columns.extinction_at(self.geometry.at(tangent_m).0, lane);
+            }
+        }
+        target = target.max(1e-12);
+        // Rounding of the columns in f32 adds to what is asked for.
+        let tolerance = 1e-6 + 1e-5 * wanted + 2e-7 * now.max(target);
+        let mut mu = 0.0;
+        for _ in 0..ITERATIONS {
+            let newton = s + sign * now / sigma * ln(target / now);
+            s = if newton > low && newton < high {
+                newton
+            } else {
+                0.5 * (low + high)
+            };
+            let r;
+            (r, mu) = self.geometry.at(s);
+            (now, sigma) = columns.to_top_at(r, mu.abs(), lane, out);
+            let beyond = sign * (now - target);
+            if beyond.abs() < tolerance {
+                break;
+            }
+            if beyond < 0.0 {
+                low = s;
+            } else {
+                high = s;
+            }
+        }
+        self.since_start(mu, out);
+        s
+    }
+}
+
+/// Natural logarithm, by the first terms of its series where they are good to 1e-6: all that a step of Newton's needs.
+#[inline(always)]
+fn ln(x: f64) -> f64 {
+    if !(0.7..1.4).contains(&x) {
+        return x.ln();
+    }
+    let y = (x - 1.0) / (x + 1.0);
+    let y2 = y * y;
+    2.0 * y * (1.0 + y2 * (1.0 / 3.0 + y2 * (1.0 / 5.0)))
+}

@@ -1,0 +1,294 @@
+//! Paths led by a coarse solution (`guide.rs`): where the sun is low, the places and directions that carry light are rare.
+//!
+//! Both distance and direction are drawn from mixtures with a defensive share that ignores the solution, and divided by the
+//! density of the mixture, so that every place stays in reach and no weight runs away.
+
+use super::first_order::Walk;
+use super::guide::{bands, Bands, Guide, Place, BANDS, BINS};
+use super::walker::Walker;
+use super::way::{Draws, Leg, Way};
+use crate::math::lanes::{self, each, Block, BLOCK};
+use crate::math::{Sampler, Vec3};
+use crate::medium::RayColumns;
+
+/// Share of the distances that ignore the solution.
+const BLIND: f32 = 0.2;
+
+/// Share of the directions that are drawn from the solution.
+const LED: f64 = 0.5;
+
+/// Share of what the first leg may find, below which Russian roulette begins, and its least chance of survival.
+const ROULETTE_BELOW: f32 = 0.1;
+const LEAST_SURVIVAL: f32 = 0.3;
+
+/// A guide's word on the directions at one vertex.
+pub(super) struct Lead {
+    /// Power per bin and in all.
+    power: [f32; BINS],
+    total: f32,
+    up: Vec3,
+    /// Horizontal unit vectors towards the sun and left of it.
+    sunward: Vec3,
+    left: Vec3,
+}
+
+impl Lead {
+    #[inline(always)]
+    fn new(guide: &Guide, place: Place, u: f32, weight: &Bands, up: Vec3, sun: Vec3) -> Self {
+        let mut power = [0.0; BINS];
+        guide.arriving(place, u, weight, &mut power);
+        let total = lanes::sum(&power);
+        let flat = sun - up * up.dot(sun);
+        let sunward = if flat.dot(flat) > 1e-12 {
+            flat.normalized()
+        } else {
+            up.tangents().0
+        };
+        Self {
+            power,
+            total,
+            up,
+            sunward,
+            left: up.cross(sunward),
+        }
+    }
+
+    /// A direction, and its density \[sr⁻¹\] if it has one.
+    #[inline(always)]
+    fn draw(&self, u: [f64; 3]) -> Vec3 {
+        let bin = lanes::pick(&self.power, u[0] as f32 * self.total);
+        let (sine, phi) = Guide::in_bin(bin, [u[1], u[2]]);
+        let (sin_phi, cos_phi) = phi.sin_cos();
+        let flat = self.sunward * cos_phi + self.left * sin_phi;
+        self.up * sine + flat * (1.0 - sine * sine).max(0.0).sqrt()
+    }
+
+    /// Density of a direction \[sr⁻¹\].
+    #[inline(always)]
+    fn density(&self, guide: &Guide, direction: Vec3) -> f32 {
+        let sine = direction.dot(self.up);
+        let flat = (1.0 - sine * sine).max(1e-30).sqrt();
+        let bin = Guide::bin(sine, direction.dot(self.sunward) / flat);
+        self.power[bin] / (self.total * guide.solid_angle(bin))
+    }
+}
+
+/// The cells of a way: probability of each and of the ground, and what may be found in all.
+struct Cells {
+    probability: Block,
+    on_ground: f32,
+    importance: f32,
+    /// Optical depth of each cell in the band where it is least.
+    thinnest: Block,
+}
+
+#[inline(always)]
+fn bands_min(tau: &[Block; BANDS], k: usize) -> f32 {
+    tau.iter()
+        .fold(f32::INFINITY, |least, tau| least.min(tau[k]))
+}
+
+impl Walker<'_> {
+    /// As [`Walker::collide`], led by a guide.
+    #[inline(always)]
+    pub(super) fn collide_guided(
+        &mut self,
+        guide: &Guide,
+        leg: &Leg,
+        order: u32,
+        sampler: &mut Sampler,
+        memory: &mut (Vec<f32>, Vec<f32>),
+    ) -> Option<Leg> {
+        let u = Draws::new(sampler);
+        let medium = self.scene.medium;
+        let way = Way::new(leg, medium)?;
+        let walk = Walk::new(way.geometry.tangent_m(), way.length_m, way.meets_ground);
+        let carried = self.in_bands(guide);
+        let cells = self.weigh(guide, leg, &way, walk, &carried, order == 1)?;
+        if order == 1 {
+            self.first_mass = cells.importance;
+        }
+        let share = cells.importance / (ROULETTE_BELOW * self.first_mass);
+        let survival = share.clamp(LEAST_SURVIVAL, 1.0);
+        let survives = (u.roulette as f32) < survival;
+        if !survives {
+            return None;
+        }
+        let along = RayColumns::along(self.columns, way.geometry, &mut memory.0, &mut memory.1);
+        let target = u.event as f32;
+        if target < cells.on_ground {
+            along.to(way.length_m, &mut self.rows.columns);
+            self.look_ahead(order, true);
+            let scale = 1.0 / (cells.on_ground * survival);
+            return self.meet_ground(leg, &way, scale, order, &u);
+        }
+        let (x, density) = draw(&cells, target - cells.on_ground);
+        let (share, derivative) = walk.at(x);
+        let distance_m = share * way.length_m;
+        along.to(distance_m, &mut self.rows.columns);
+        let (radius_m, _) = way.geometry.at(distance_m);
+        let at = leg.at + leg.direction * distance_m;
+        self.arrive(radius_m);
+        let scale = (derivative * way.length_m) as f32 / (density * survival);
+        let usable = scale > 0.0 && scale.is_finite() && self.weights.total > 0.0;
+        if !usable {
+            return None;
+        }
+        if order > 1 {
+            self.find_sun(at, radius_m, leg.direction, scale);
+        }
+        let up = at * (1.0 / radius_m);
+        let sun = self.scene.sun.direction;
+        let place = guide.place(radius_m, up.dot(sun));
+        let sigma_s = guide.know(place).sigma_s;
+        let arrived = self.in_bands(guide);
+        let scattered = bands(|b| arrived[b] * sigma_s[b]);
+        let lead = Lead::new(guide, place, u.distance as f32, &scattered, up, sun);
+        let lead = (lead.total > 0.0 && lead.total.is_finite()).then_some((guide, &lead));
+        let direction = self.scatter(at, radius_m, leg.direction, scale, u.turn, lead);
+        Some(Leg {
+            at,
+            radius_m,
+            direction,
+        })
+    }
+
+    /// What the path carries in each of the guide's bands.
+    #[inline(always)]
+    fn in_bands(&self, guide: &Guide) -> Bands {
+        bands(|b| {
+            self.weights.weight[guide.lanes[b]..guide.lanes[b + 1]]
+                .iter()
+                .sum()
+        })
+    }
+
+    /// How likely each cell of a way is to be chosen: by the light it scatters into the path, and a share by what it
+    /// scatters at all. `None` if nothing does.
+    #[inline(always)]
+    fn weigh(
+        &self,
+        guide: &Guide,
+        leg: &Leg,
+        way: &Way,
+        walk: Walk,
+        carried: &Bands,
+        first: bool,
+    ) -> Option<Cells> {
+        let sun = self.scene.sun.direction;
+        let (from, slope) = (leg.at.dot(sun), leg.direction.dot(sun));
+        // Each cell has the mean of what is known at its two ends: where light grows steeply, that is rather too much than too
+        // little.
+        let know = |x: f64| {
+            let (share, _) = walk.at(x);
+            let s = share * way.length_m;
+            let (r, _) = way.geometry.at(s);
+            (s, guide.know(guide.place(r, (from + slope * s) / r)))
+        };
+        let mut tau = [[0.0f32; BLOCK]; BANDS];
+        let (mut albedo, mut source) = (tau, tau);
+        let (mut start, mut before) = know(0.0);
+        for k in 0..BLOCK {
+            let (end, after) = know((k as f64 + 1.0) / BLOCK as f64);
+            let ds = (end - start) as f32;
+            for b in 0..BANDS {
+                let sigma_t = before.sigma_t[b] + after.sigma_t[b];
+                tau[b][k] = 0.5 * ds * sigma_t;
+                // Nothing is lost where nothing is met: the tiny number only keeps 0 / 0 away.
+                albedo[b][k] = (before.sigma_s[b] + after.sigma_s[b]) / (sigma_t + 1e-30);
+                let sunlight = if first {
+                    0.0
+                } else {
+                    before.sun[b] + after.sun[b]
+                };
+                source[b][k] = 0.5 * (sunlight + before.diffuse[b] + after.diffuse[b]);
+            }
+            (start, before) = (end, after);
+        }
+        let (mut led, mut blind) = ([0.0; BLOCK], [0.0; BLOCK]);
+        let mut through = *carried;
+        for b in 0..BANDS {
+            let lost = each(|i| lanes::exp_and_loss(tau[b][i]).1);
+            let mut scattered = [0.0; BLOCK];
+            for k in 0..BLOCK {
+                let gone = through[b] * lost[k];
+                scattered[k] = gone * albedo[b][k];
+                through[b] -= gone;
+            }
+            led = each(|i| led[i] + scattered[i] * source[b][i]);
+            blind = each(|i| blind[i] + scattered[i]);
+        }
+        let (mut led_ground, mut blind_ground) = (0.0, 0.0);
+        if way.meets_ground {
+            let end = from + slope * way.length_m;
+            let ground = guide.ground_at(end / guide.ground_m());
+            for b in 0..BANDS {
+                led_ground += through[b] * ground[b];
+                blind_ground += through[b] * guide.albedo[b];
+            }
+        }
+        let led_sum = lanes::tree_sum(led) + led_ground;
+        let blind_sum = lanes::tree_sum(blind) + blind_ground;
+        if !(blind_sum > 0.0 && blind_sum.is_finite() && led_sum.is_finite()) {
+            return None;
+        }
+        let (a, b) = if led_sum > 0.0 {
+            ((1.0 - BLIND) / led_sum, BLIND / blind_sum)
+        } else {
+            (0.0, 1.0 / blind_sum)
+        };
+        Some(Cells {
+            probability: each(|i| a * led[i] + b * blind[i]),
+            on_ground: a * led_ground + b * blind_ground,
+            importance: led_sum,
+            thinnest: each(|k| bands_min(&tau, k)),
+        })
+    }
+}
+
+impl Lead {
+    /// The guide's part in [`Walker::scatter`]: a direction, if `u` says that the guide draws it; else what is left of `u`.
+    #[inline(always)]
+    pub(super) fn lead(&self, u: [f64; 3]) -> Result<Vec3, [f64; 3]> {
+        if u[0] < LED {
+            Ok(self.draw([u[0] / LED, u[1], u[2]]))
+        } else {
+            Err([(u[0] - LED) / (1.0 - LED), u[1], u[2]])
+        }
+    }
+
+    /// Density of a direction in the mixture of guide and phase functions, of which the latter alone has `scattered`.
+    #[inline(always)]
+    pub(super) fn mixed(&self, guide: &Guide, direction: Vec3, scattered: f32) -> f32 {
+        LED as f32 * self.density(guide, direction) + (1.0 - LED as f32) * scattered
+    }
+}
+
+/// A place in [0, 1] by the probabilities of equal cells, and its density. Within a cell, places are drawn as light fades in the
+/// clearest of the bands.
+#[inline(always)]
+fn draw(cells: &Cells, mut target: f32) -> (f64, f32) {
+    let mut cell = BLOCK - 1;
+    for (k, &p) in cells.probability.iter().enumerate() {
+        if target < p {
+            cell = k;
+            break;
+        }
+        target -= p;
+    }
+    let p = cells.probability[cell];
+    // Rounding may leave a little too much for the last cell.
+    let v = if p > 0.0 { (target / p).min(1.0) } else { 0.5 };
+    let tau = cells.thinnest[cell];
+    let (within, density) = if tau > 0.05 {
+        let (_, lost) = lanes::exp_and_loss(tau);
+        (
+            (-(-v * lost).ln_1p() / tau).min(1.0),
+            tau * (1.0 - v * lost) / lost,
+        )
+    } else {
+        (v, 1.0)
+    };
+    let x = (cell as f64 + f64::from(within)) / BLOCK as f64;
+    (x, density * p * BLOCK as f32)
+}

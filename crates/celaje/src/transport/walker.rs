@@ -1,0 +1,539 @@
+//! What `path` does on one path: the walk from vertex to vertex.
+
+use super::first_order::{columns_to_sun, FirstOrder, Rows};
+use super::guide::Guide;
+use super::guided::Lead;
+use super::scene::Scene;
+use super::stokes::Stokes;
+use super::way::{Draws, Leg, Way};
+use super::weights::Weights;
+use crate::math::lanes::{self, blocks, blocks_mut, each, Block, BLOCK};
+use crate::math::{Sampler, Vec3};
+use crate::medium::{Columns, LayeredMedium, Medium, Ray, RayColumns};
+use crate::optics::Phase;
+
+/// Sine of the sun's elevation where a pixel looks below which a guide leads its paths.
+pub(super) const GUIDED_BELOW: f64 = -0.035;
+
+/// Share of what the first collision could scatter, below which Russian roulette begins; the best of several measured.
+const ROULETTE_BELOW: f32 = 0.1;
+
+/// Share of the scattered directions that are drawn about the sun.
+const ABOUT_SUN: f64 = 0.2;
+
+/// Value of a phase function forwards above which it has a peak to speak of \[sr⁻¹\]; an isotropic one has 0.08.
+const PEAK: f64 = 0.5;
+
+/// Sine of the sun's elevation at a vertex above which directions are drawn about it.
+const SUN_IN_REACH: f64 = -0.02;
+
+/// A path that has scattered this often is let go on by roulette alone; it only guards against endless loops in a medium
+/// that absorbs nothing over a white ground.
+const MAX_VERTICES: u32 = 10_000;
+
+/// Walks paths; holds the rows it works on.
+pub(super) struct Walker<'a> {
+    pub scene: &'a Scene<'a, LayeredMedium>,
+    pub columns: &'a Columns,
+    guide: Option<&'a Guide>,
+    /// Whether it leads the paths of the present pixel.
+    led: bool,
+    max_order: u32,
+    first: FirstOrder,
+    pub weights: Weights,
+    pub rows: Rows,
+    /// What the first collision could scatter, in all wavelengths.
+    pub first_mass: f32,
+    /// Probabilities of the wavelengths to place the next collision.
+    lost: Vec<f32>,
+    /// Phase functions of the species in two directions, shape (species, lanes).
+    phase: Vec<f32>,
+    other_phase: Vec<f32>,
+    /// Whether light comes from outside.
+    background: bool,
+    /// Share of the scattered directions that are drawn about the sun.
+    about_sun: f64,
+    /// Columns at the start and at the lowest point of the way under work.
+    memory: (Vec<f32>, Vec<f32>),
+    /// What the path finds, still in units of `first.guess`.
+    found: Vec<f32>,
+    /// What becomes of polarisation, if anyone wants to know.
+    stokes: Option<Stokes>,
+}
+
+impl<'a> Walker<'a> {
+    pub fn new(
+        scene: &'a Scene<'a, LayeredMedium>,
+        columns: &'a Columns,
+        guide: Option<&'a Guide>,
+        max_order: Option<u32>,
+    ) -> Self {
+        let medium = scene.medium;
+        let (lanes, species) = (medium.lanes(), medium.phases().len());
+        let peaked = medium.phases().iter().any(|p| p.eval_at(0, 1.0) > PEAK);
+        Self {
+            scene,
+            columns,
+            guide,
+            led: false,
+            max_order: max_order.unwrap_or(u32::MAX),
+            first: FirstOrder::new(scene),
+            weights: Weights::new(medium),
+            rows: Rows::new(lanes, columns.count()),
+            first_mass: 0.0,
+            lost: vec![0.0; lanes],
+            phase: vec![0.0; lanes * species],
+            other_phase: vec![0.0; lanes * species],
+            background: scene.background.iter().any(|&l| l > 0.0),
+            about_sun: if peaked { ABOUT_SUN } else { 0.0 },
+            memory: (vec![0.0; columns.count()], vec![0.0; columns.count()]),
+            found: vec![0.0; lanes],
+            stokes: None,
+        }
+    }
+
+    /// The same, with polarisation; `all` for Q, U and V beside the radiance.
+    pub fn polarised(mut self, all: bool) -> Self {
+        self.stokes = Some(Stokes::new(self.scene.medium, all));
+        if all {
+            self.first.polarise();
+        }
+        self
+    }
+
+    /// Gets ready for a pixel, by the ray through its centre.
+    #[inline(always)]
+    pub fn prepare(&mut self, centre: Option<&Ray>) {
+        let medium = self.scene.medium;
+        self.first
+            .prepare(self.scene, self.columns, &mut self.rows, centre);
+        self.led = false;
+        let (Some(guide), Some(ray)) = (self.guide, centre) else {
+            return;
+        };
+        let Some((span, _)) = ray.through_air(medium.ground_radius_m(), medium.top_radius_m())
+        else {
+            return;
+        };
+        // An observer in the air counts where it stands, one outside where its ray is lowest.
+        let lowest = ray.distance_to_tangent_m().clamp(span.start_m, span.end_m);
+        let sun = &self.scene.sun;
+        let at = ray.at(if span.start_m > 0.0 { lowest } else { 0.0 });
+        self.led = at.dot(sun.direction) < GUIDED_BELOW * at.length();
+        if self.led {
+            let start = ray.at(span.start_m);
+            guide.raise(start, ray.direction, sun, &mut self.first.guess);
+        }
+    }
+
+    /// Adds one unbiased estimate of the radiance arriving along a ray, at every wavelength.
+    #[inline(always)]
+    pub fn walk(&mut self, ray: &Ray, sun_disc: bool, sampler: &mut Sampler, out: &mut [f32]) {
+        // Light that was not scattered, and light scattered once.
+        self.first.add(
+            self.scene,
+            self.columns,
+            &mut self.rows,
+            ray,
+            (sun_disc, self.max_order >= 1),
+            sampler,
+            out,
+        );
+        if self.max_order < 2 {
+            return;
+        }
+        // All later orders.
+        let medium = self.scene.medium;
+        let Some((span, _)) = ray.through_air(medium.ground_radius_m(), medium.top_radius_m())
+        else {
+            return;
+        };
+        let at = ray.at(span.start_m);
+        let mut leg = Leg {
+            at,
+            radius_m: at.length(),
+            direction: ray.direction,
+        };
+        let w = medium.wavelength_nm().len();
+        for (weight, &guess) in self.weights.weight[..w].iter_mut().zip(&self.first.guess) {
+            *weight = 1.0 / guess;
+        }
+        self.first_mass = 0.0;
+        self.found.fill(0.0);
+        if let Some(stokes) = &mut self.stokes {
+            stokes.start(ray.direction);
+        }
+        let mut memory = std::mem::take(&mut self.memory);
+        for order in 1..=self.max_order.min(MAX_VERTICES) {
+            let next = match self.guide {
+                Some(guide) if self.led => {
+                    self.collide_guided(guide, &leg, order, sampler, &mut memory)
+                }
+                _ => self.collide(&leg, order, sampler, &mut memory),
+            };
+            match next {
+                Some(next) if order < self.max_order => leg = next,
+                _ => break,
+            }
+        }
+        self.memory = memory;
+        for ((o, &f), &guess) in out.iter_mut().zip(&self.found).zip(&self.first.guess) {
+            *o += f * guess;
+        }
+        if let Some(stokes) = &self.stokes {
+            stokes.add_found(&self.first.guess, out);
+        }
+    }
+
+    /// Forces the next collision, in the air or with the ground; finds the sun there, unless it is the first vertex,
+    /// whose sun the line integral has found; and leaves in a new direction.
+    ///
+    /// `None` when roulette ends the path, or there is nothing to meet. `memory` is that of [`RayColumns`].
+    #[inline(always)]
+    fn collide(
+        &mut self,
+        leg: &Leg,
+        order: u32,
+        sampler: &mut Sampler,
+        memory: &mut (Vec<f32>, Vec<f32>),
+    ) -> Option<Leg> {
+        let u = Draws::new(sampler);
+        let way = Way::new(leg, self.scene.medium)?;
+        let along = RayColumns::along(self.columns, way.geometry, &mut memory.0, &mut memory.1);
+        if way.meets_ground {
+            along.to(way.length_m, &mut self.rows.columns);
+        } else {
+            along.to_space(&mut self.rows.columns);
+        }
+        let in_air = self.look_ahead(order, way.meets_ground);
+        let on_ground = if way.meets_ground {
+            lanes::sum(&self.rows.transmittance)
+        } else {
+            0.0
+        };
+        let mass = in_air + on_ground;
+        if order == 1 {
+            self.first_mass = mass;
+        }
+        let survival = mass / (ROULETTE_BELOW * self.first_mass);
+        // Asked this way round, a weight that is not a number ends the path too; so do the checks below.
+        let survives = survival > 0.0 && (u.roulette as f32) < survival;
+        if !survives {
+            return None;
+        }
+        let mass = mass / survival.min(1.0);
+        let target = u.event as f32 * (in_air + on_ground);
+        if target < on_ground {
+            return self.meet_ground(leg, &way, mass / on_ground, order, &u);
+        }
+
+        // One wavelength places the collision.
+        let lane = lanes::pick(&self.lost, target - on_ground);
+        let tau_end = self.columns.optical_depth_at(&self.rows.columns, lane);
+        let (_, loss) = lanes::exp_and_loss(tau_end as f32);
+        let wanted = -(-u.distance * f64::from(loss)).ln_1p();
+        let distance_m = along.invert(lane, wanted, way.length_m, &mut self.rows.columns);
+        let (radius_m, _) = way.geometry.at(distance_m);
+        let at = leg.at + leg.direction * distance_m;
+        // Mean density of collisions here over all wavelengths: Σ w σ_t T / mass.
+        let density = self.arrive(radius_m);
+        let scale = mass / density;
+        let usable = scale > 0.0 && scale.is_finite() && self.weights.total > 0.0;
+        if !usable {
+            return None;
+        }
+        if order > 1 {
+            self.find_sun(at, radius_m, leg.direction, scale);
+        }
+        let direction = self.scatter(at, radius_m, leg.direction, scale, u.turn, None);
+        Some(Leg {
+            at,
+            radius_m,
+            direction,
+        })
+    }
+
+    /// From the columns to the end of a way: what each wavelength loses in the air on it (`lost`), and what reaches the ground
+    /// and comes back (`rows.transmittance`). Returns the sum of the former.
+    #[inline(always)]
+    pub fn look_ahead(&mut self, order: u32, meets_ground: bool) -> f32 {
+        let arriving = if meets_ground {
+            &self.scene.albedo
+        } else {
+            &self.scene.background
+        };
+        let mut in_air = [0.0; BLOCK];
+        let rows = blocks(&self.weights.weight).zip(blocks(arriving));
+        let out = blocks_mut(&mut self.lost).zip(blocks_mut(&mut self.rows.transmittance));
+        for (b, ((&weight, &arriving), (lost, reached))) in rows.zip(out).enumerate() {
+            let tau = self.columns.optical_depth_block(&self.rows.columns, b);
+            *reached = each(|i| weight[i] * lanes::exp_and_loss(tau[i]).0 * arriving[i]);
+            let gone = each(|i| weight[i] * lanes::exp_and_loss(tau[i]).1);
+            in_air = each(|i| in_air[i] + gone[i]);
+            *lost = gone;
+        }
+        if self.background && !meets_ground && order > 1 {
+            let light = &self.rows.transmittance;
+            match &mut self.stokes {
+                Some(stokes) => stokes.find_unpolarised(light, &mut self.found),
+                None => lanes::add_scaled(light, 1.0, &mut self.found),
+            }
+        }
+        lanes::tree_sum(in_air)
+    }
+
+    /// The ground: everything that arrives there, times `scale`.
+    #[inline(always)]
+    pub fn meet_ground(
+        &mut self,
+        leg: &Leg,
+        way: &Way,
+        scale: f32,
+        order: u32,
+        u: &Draws,
+    ) -> Option<Leg> {
+        let arrived = self.rows.transmittance.iter();
+        for (w, &arrived) in self.weights.weight.iter_mut().zip(arrived) {
+            *w = arrived * scale;
+        }
+        let at = leg.at + leg.direction * way.length_m;
+        let radius_m = at.length();
+        let normal = at * (1.0 / radius_m);
+        let mu_sun = normal.dot(self.first.towards_sun);
+        if let Some(stokes) = &mut self.stokes {
+            stokes.depolarise();
+        }
+        if order > 1 && mu_sun > 0.0 && self.look_at_sun(radius_m, mu_sun) {
+            let factor = (mu_sun / std::f64::consts::PI) as f32;
+            let Weights { weight, light, .. } = &mut self.weights;
+            let rows = blocks(weight).zip(blocks(&self.first.beam));
+            for (b, ((&weight, &beam), light)) in rows.zip(blocks_mut(light)).enumerate() {
+                let tau = self.columns.optical_depth_block(&self.rows.sun_columns, b);
+                let sunlight = lanes::exp_neg_block(&tau);
+                *light = each(|i| weight[i] * sunlight[i] * beam[i] * factor);
+            }
+            match &mut self.stokes {
+                Some(stokes) => stokes.find_unpolarised(light, &mut self.found),
+                None => lanes::add_scaled(light, 1.0, &mut self.found),
+            }
+        }
+        Some(Leg {
+            at,
+            radius_m,
+            direction: normal.deflected_by_turn(u.turn[0].sqrt(), u.turn[1]),
+        })
+    }
+
+    /// Takes the weights, by the columns to a collision, through the air up to it, and splits them over the species that
+    /// scatter there. Returns the sum of weights times extinction.
+    #[inline(always)]
+    pub fn arrive(&mut self, radius_m: f64) -> f32 {
+        let medium = self.scene.medium;
+        let n = medium.lanes();
+        let place = medium.locate_radius(radius_m);
+        let (i, t) = place;
+        let (below, above) = (medium.extinction_row(i), medium.extinction_row(i + 1));
+        let Weights {
+            weight,
+            split,
+            split_sum,
+            total,
+            ..
+        } = &mut self.weights;
+        let mut density = [0.0; BLOCK];
+        let rows = blocks_mut(weight).zip(blocks(below).zip(blocks(above)));
+        for (b, (weight, (below, above))) in rows.enumerate() {
+            let tau = self.columns.optical_depth_block(&self.rows.columns, b);
+            let (transmittance, before) = (lanes::exp_neg_block(&tau), *weight);
+            let sigma = lanes::lerp_block(below, above, t);
+            let arrived = each(|i| before[i] * transmittance[i]);
+            density = each(|i| density[i] + arrived[i] * sigma[i]);
+            *weight = arrived;
+        }
+        *total = 0.0;
+        for &k in &self.first.scatterers {
+            let (below, above) = (medium.species_row(k, i), medium.species_row(k, i + 1));
+            let row = &mut split[k * n..(k + 1) * n];
+            let mut sum = [0.0; BLOCK];
+            let rows = blocks(weight).zip(blocks(below).zip(blocks(above)));
+            for (row, (&weight, (below, above))) in blocks_mut(row).zip(rows) {
+                let sigma = lanes::lerp_block(below, above, t);
+                let scattered = each(|i| weight[i] * sigma[i]);
+                sum = each(|i| sum[i] + scattered[i]);
+                *row = scattered;
+            }
+            split_sum[k] = lanes::tree_sum(sum);
+            *total += split_sum[k];
+        }
+        lanes::tree_sum(density)
+    }
+
+    /// Columns towards the sun; `false` where the planet stands before it.
+    #[inline(always)]
+    fn look_at_sun(&mut self, radius_m: f64, mu_sun: f64) -> bool {
+        let Rows {
+            sun_columns,
+            sun_scratch,
+            ..
+        } = &mut self.rows;
+        columns_to_sun(self.columns, radius_m, mu_sun, sun_columns, sun_scratch)
+    }
+
+    /// Adds the sunlight that a vertex in the air sends into the path: Σ_k split_k p_k × transmittance × irradiance.
+    #[inline(always)]
+    pub fn find_sun(&mut self, at: Vec3, radius_m: f64, direction: Vec3, scale: f32) {
+        let towards = self.first.towards_sun;
+        if !self.look_at_sun(radius_m, at.dot(towards) / radius_m) {
+            return;
+        }
+        let Weights {
+            split,
+            split_sum,
+            light,
+            scratch,
+            ..
+        } = &mut self.weights;
+        let medium = self.scene.medium;
+        let present = Present {
+            species: &self.first.scatterers,
+            split_sum,
+        };
+        present.evaluate(medium.phases(), direction.dot(towards), &mut self.phase);
+        let n = self.found.len();
+        let rows = blocks_mut(light).zip(blocks_mut(scratch));
+        for (b, ((light, mixed), &beam)) in rows.zip(blocks(&self.first.beam)).enumerate() {
+            let tau = self.columns.optical_depth_block(&self.rows.sun_columns, b);
+            let sunlight = lanes::exp_neg_block(&tau);
+            let mix = present.mix(split, &self.phase, n, b);
+            *light = each(|i| mix[i] * sunlight[i] * (beam[i] * scale));
+            *mixed = mix;
+        }
+        match &mut self.stokes {
+            None => lanes::add_scaled(light, 1.0, &mut self.found),
+            Some(stokes) => stokes.find_sun(
+                medium,
+                (split, split_sum),
+                scratch,
+                (direction, towards),
+                light,
+                &mut self.found,
+            ),
+        }
+    }
+
+    /// Draws a direction from the mean of all wavelengths' phase functions, or a share of the time from the same functions
+    /// turned about the sun, and goes on with the weights divided by the density of both together.
+    ///
+    /// The next vertex sees the sun through its phase function, whose peak a path would rarely meet by itself: drawing
+    /// the direction from that peak first makes both vertices' peaks common.
+    #[inline(always)]
+    pub fn scatter(
+        &mut self,
+        at: Vec3,
+        radius_m: f64,
+        direction: Vec3,
+        scale: f32,
+        mut u: [f64; 3],
+        lead: Option<(&Guide, &Lead)>,
+    ) -> Vec3 {
+        let (medium, sun) = (self.scene.medium, self.scene.sun.direction);
+        let mut led = None;
+        if let Some((_, lead)) = lead {
+            match lead.lead(u) {
+                Ok(direction) => led = Some(direction),
+                Err(rest) => u = rest,
+            }
+        }
+        let mut share = 0.0;
+        let mut axis = direction;
+        if self.about_sun > 0.0 && at.dot(sun) > SUN_IN_REACH * radius_m {
+            share = self.about_sun;
+            if u[0] < share {
+                axis = sun;
+                u[0] /= share;
+            } else {
+                u[0] = (u[0] - share) / (1.0 - share);
+            }
+        }
+        let new = match led {
+            Some(new) => new,
+            None => self.weights.draw_about(medium, axis, u),
+        };
+        let Weights {
+            weight,
+            split,
+            split_sum,
+            total,
+            ..
+        } = &mut self.weights;
+        let present = Present {
+            species: &self.first.scatterers,
+            split_sum,
+        };
+        present.evaluate(medium.phases(), direction.dot(new), &mut self.phase);
+        if share > 0.0 {
+            present.evaluate(medium.phases(), sun.dot(new), &mut self.other_phase);
+        }
+        let n = weight.len();
+        let (mut about_old, mut about_sun) = ([0.0; BLOCK], [0.0; BLOCK]);
+        for (b, weight) in blocks_mut(weight).enumerate() {
+            let light = present.mix(split, &self.phase, n, b);
+            about_old = each(|i| about_old[i] + light[i]);
+            *weight = light;
+            if share > 0.0 {
+                let light = present.mix(split, &self.other_phase, n, b);
+                about_sun = each(|i| about_sun[i] + light[i]);
+            }
+        }
+        if let Some(stokes) = &mut self.stokes {
+            stokes.scatter(medium, (split, split_sum), weight, (direction, new));
+        }
+        let share = share as f32;
+        let drawn = share * lanes::tree_sum(about_sun) + (1.0 - share) * lanes::tree_sum(about_old);
+        let mut density = drawn / *total;
+        if let Some((guide, lead)) = lead {
+            density = lead.mixed(guide, new, density);
+        }
+        // A density of zero (a hole in a table, met by rounding) ends the path.
+        let factor = if density > 0.0 { scale / density } else { 0.0 };
+        lanes::scale(weight, factor);
+        new
+    }
+}
+
+/// The species that scatter at a vertex.
+struct Present<'a> {
+    species: &'a [usize],
+    split_sum: &'a [f32],
+}
+
+impl Present<'_> {
+    #[inline(always)]
+    fn all(&self) -> impl Iterator<Item = usize> + '_ {
+        self.species
+            .iter()
+            .copied()
+            .filter(|&k| self.split_sum[k] > 0.0)
+    }
+
+    /// `Σ_k split_k p_k` of block `b`; rows of `n` values.
+    #[inline(always)]
+    fn mix(&self, split: &[f32], phase: &[f32], n: usize, b: usize) -> Block {
+        let mut sum = [0.0; BLOCK];
+        for k in self.all() {
+            let at = k * n + b * BLOCK;
+            let (split, p) = (*lanes::block(split, at), *lanes::block(phase, at));
+            sum = each(|i| sum[i] + split[i] * p[i]);
+        }
+        sum
+    }
+
+    /// Their phase functions at an angle, each into its own row.
+    #[inline(always)]
+    fn evaluate(&self, phases: &[Phase], cos_theta: f64, rows: &mut [f32]) {
+        for k in self.all() {
+            let n = phases[k].lanes();
+            phases[k].eval(cos_theta, &mut rows[k * n..(k + 1) * n]);
+        }
+    }
+}

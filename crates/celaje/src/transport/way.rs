@@ -1,0 +1,74 @@
+//! The pieces a path is made of.
+
+use crate::math::{Sampler, Vec3};
+use crate::medium::{LayeredMedium, Medium, RayGeometry};
+
+/// Where a path stands and where it goes from there.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Leg {
+    pub at: Vec3,
+    /// Distance from the planet's centre \[m\].
+    pub radius_m: f64,
+    pub direction: Vec3,
+}
+
+/// The random numbers of one vertex: always as many, so that each keeps its dimension of the sequence.
+pub(super) struct Draws {
+    pub event: f64,
+    pub distance: f64,
+    pub roulette: f64,
+    pub turn: [f64; 3],
+}
+
+impl Draws {
+    #[inline(always)]
+    pub fn new(sampler: &mut Sampler) -> Self {
+        let [event, distance, t0, t1] = sampler.uniform4();
+        let [t2, roulette, ..] = sampler.uniform4();
+        Self {
+            event,
+            distance,
+            turn: [t0, t1, t2],
+            roulette,
+        }
+    }
+}
+
+/// The way from a point inside the air to where the air or the ground ends it.
+pub(super) struct Way {
+    pub geometry: RayGeometry,
+    pub length_m: f64,
+    pub meets_ground: bool,
+}
+
+impl Way {
+    #[inline(always)]
+    pub fn new(leg: &Leg, medium: &LayeredMedium) -> Option<Self> {
+        let (ground, top, r) = (
+            medium.ground_radius_m(),
+            medium.top_radius_m(),
+            leg.radius_m,
+        );
+        let b = leg.at.dot(leg.direction);
+        let geometry = RayGeometry::from_start(r, -b);
+        // The roots of s² + 2 b s + c = 0 multiply to c: so neither cancels.
+        let c = (r - ground) * (r + ground);
+        let discriminant = b * b - c;
+        if b < 0.0 && discriminant >= 0.0 {
+            let length_m = (c / (discriminant.sqrt() - b)).max(0.0);
+            return Some(Self {
+                geometry,
+                length_m,
+                meets_ground: true,
+            });
+        }
+        let c = (r - top) * (r + top);
+        let root = (b * b - c).sqrt();
+        let length_m = if b > 0.0 { -c / (root + b) } else { root - b };
+        (length_m > 0.0).then_some(Self {
+            geometry,
+            length_m,
+            meets_ground: false,
+        })
+    }
+}
