@@ -4,10 +4,10 @@ mod common;
 
 use celaje::composition::aerosol::{aerosol_names, AerosolType, VerticalProfile};
 use celaje::composition::opac;
-use celaje::composition::particle::Particle;
+use celaje::composition::particle::{LognormalMode, Particle, SizeDistribution};
 use celaje::optics::{
-    aerosol_optics, aerosol_optics_on, component, particle_optics, particle_optics_with, AngleGrid,
-    Quadrature,
+    aerosol_optics, aerosol_optics_on, component, mie, particle_optics, particle_optics_with,
+    AngleGrid, Quadrature,
 };
 use celaje::{Error, WavelengthGrid};
 use common::rows;
@@ -238,6 +238,32 @@ fn size_quadrature_is_converged() {
             assert!(error < 0.005, "{name} {nm} nm {theta}°: {error}");
         }
     }
+}
+
+/// A mode too narrow for the quadrature's steps is one sphere, alone and beside a broad mode.
+#[test]
+fn narrow_modes_do_not_fall_between_the_nodes() {
+    let mode = |number_fraction, r_mode_um, sigma| LognormalMode {
+        number_fraction,
+        r_mode_um,
+        sigma,
+    };
+    let angles = AngleGrid::coarse();
+    let xs_ext = |modes: Vec<LognormalMode>| {
+        let size = SizeDistribution::new(modes, 0.005, 20.0).unwrap();
+        let optics = particle_optics(&size, 1.4, 0.05, 550.0, &angles).unwrap();
+        optics.xs_ext
+    };
+    let sphere = mie(1.4, 0.05, 2.0 * PI * 0.3 / 0.55).unwrap();
+    let one = PI * 0.3e-6 * 0.3e-6 * sphere.q_ext;
+    let narrow = xs_ext(vec![mode(1.0, 0.3, 1.001)]);
+    assert!((narrow / one - 1.0).abs() < 1e-4, "{narrow} {one}");
+    let broad = xs_ext(vec![mode(1.0, 0.05, 2.0)]);
+    let both = xs_ext(vec![mode(1.0, 0.05, 2.0), mode(1.0, 0.3, 1.001)]);
+    assert!((both / (0.5 * (broad + narrow)) - 1.0).abs() < 1e-9);
+    // Where one way of placing nodes takes over from the other, both agree.
+    let [a, b] = [1.2213, 1.2215].map(|sigma| xs_ext(vec![mode(1.0, 0.3, sigma)]));
+    assert!((b / a - 1.0).abs() < 5e-4, "{a} {b}");
 }
 
 /// In a mixture, rare components are sampled more coarsely: the mixture must not notice. Maritime air has 3200 coarse salt
