@@ -20,7 +20,6 @@ from ._arrays import Floats, as_float, per_wavelength, vector
 from ._atmosphere import Atmosphere
 from ._conditions import Conditions
 from ._errors import (
-    InvalidInputError,
     ShapeMismatchError,
 )
 from ._film import Film, Irradiance, Radiance
@@ -113,8 +112,8 @@ class Sky:
         accuracy : str
             How finely ``"shells"`` cuts: ``"preview"``, ``"default"`` or ``"high"``.
         noise : float, optional
-            Relative noise to reach, such as 0.01: in every block of 8×8 pixels, at every wavelength, the root mean square
-            of the standard errors over the mean radiance.
+            Relative noise to reach, such as 0.01: in every block of 8×8 pixels, at every wavelength, the root mean
+            square of the standard errors over the mean radiance.
         spp : int, optional
             Paths per pixel, 64 by default; noise falls with their square root. With `noise` or `time_limit`: at most.
         time_limit : float, optional
@@ -240,8 +239,8 @@ class Sky:
 
         Notes
         -----
-        For `noise` each direction is followed by two halves of paths that share no random number; how long one goes on is
-        decided by the noise of the other, so that no value has a say in how much it counts. What is aimed at is 0.8 of
+        For `noise` each direction is followed by two halves of paths that share no random number; how long one goes on
+        is decided by the noise of the other, so that no value has a say in how much it counts. What is aimed at is 0.8 of
         the noise asked for.
 
         Examples
@@ -292,13 +291,13 @@ class Sky:
         sigma_a: ArrayLike,
         phase: Phase,
     ) -> Sky:
-        """The same sky with a box of cells in it, such as a cloud; seen by the methods ``"tracker"`` and ``"classic"`` only.
+        """The same sky with a box of cells in it, such as a cloud; only ``"tracker"`` and ``"classic"`` take it.
 
         Parameters
         ----------
         east_m, north_m : array_like, shape (x + 1,) and (y + 1,)
-            Edges of the cells on the plane that touches the sphere of altitude 0 under the observer, increasing. Cells stand
-            upright: their sides are planes through the planet's centre. [m]
+            Edges of the cells on the plane that touches the sphere of altitude 0 under the observer, increasing. Cells
+            stand upright: their sides are planes through the planet's centre. [m]
         altitude_m : array_like, shape (z + 1,)
             Edges above sea level, increasing. [m]
         density : array_like, shape (z, y, x)
@@ -337,10 +336,9 @@ class Sky:
                 "give one value per cell: one less than edges along each axis",
             )
         count = self.wavelength_nm.size
-        coefficients = (
-            per_wavelength(n, v, count) for n, v in (("sigma_s", sigma_s), ("sigma_a", sigma_a))
-        )
-        raw = self._raw.with_cloud(edges, cells.ravel(), *coefficients, phase._raw)
+        scattering = per_wavelength("sigma_s", sigma_s, count)
+        absorption = per_wavelength("sigma_a", sigma_a, count)
+        raw = self._raw.with_cloud(edges, cells.ravel(), scattering, absorption, phase._raw)
         made = Sky(raw, self._conditions)
         made._origin = dict(self._origin)
         return made

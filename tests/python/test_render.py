@@ -246,12 +246,13 @@ def test_daylight_has_the_brightness_and_the_colour_of_daylight() -> None:
 
 
 def test_films_of_two_seeds_are_merged(tmp_path: Path) -> None:
-    """Rationale: many machines may share one picture. Expected: means by paths, variances by the squares of their weights."""
+    """Rationale: many machines may share one picture. Expected: means by paths, variances by their weights squared."""
     sky = celaje.sky(sun_elevation=20, wavelengths="450,650")
     a, b = (sky.render(size=6, spp=spp, seed=spp) for spp in (32, 96))
     a.save(tmp_path / "a.exr")
     back = celaje.Film.load(tmp_path / "a.exr")
-    assert np.array_equal(back.radiance, a.radiance) and np.array_equal(back.samples, a.samples)
+    assert np.array_equal(back.radiance, a.radiance)
+    assert np.array_equal(back.samples, a.samples)
     both = back.merge(b)
     seen = both.samples > 0
     weight = (a.samples / np.maximum(both.samples, 1))[..., None]
@@ -267,19 +268,21 @@ def test_a_picture_ends_by_noise_or_time() -> None:
     """Rationale: whoever asks for 5 % gets it, and is told the paths; whoever has a second gets what fits into it."""
     sky = celaje.sky(sun_elevation=20, wavelengths="450,650")
     by_noise = sky.render(size=8, noise=0.05, sun_disc="off")
-    assert by_noise.metadata["method"] == "path" and int(by_noise.metadata["spp"]) >= 64
+    assert by_noise.metadata["method"] == "path"
+    assert int(by_noise.metadata["spp"]) >= 64
     error = np.sqrt(by_noise.variance.mean(axis=(0, 1))) / by_noise.radiance.mean(axis=(0, 1))
     assert error.max() < 0.055
     by_time = sky.render(size=8, time_limit=0.5)
-    assert by_time.metadata["time_limit"] == "0.5 s" and by_time.samples.max() >= 4
+    assert by_time.metadata["time_limit"] == "0.5 s"
+    assert by_time.samples.max() >= 4
 
 
 def test_a_cloud_must_fit_its_edges() -> None:
     sky = celaje.sky(sun_elevation=20, wavelengths="450,650")
     phase = celaje.Phase.henyey_greenstein(0.85)
-    edges = [[-1e3, 1e3], [-1e3, 1e3], [1e3, 2e3]]
+    side, altitude = [-1e3, 1e3], [1e3, 2e3]
     with pytest.raises(celaje.ShapeMismatchError, match="density"):
-        sky.with_cloud(*edges, np.ones((1, 1, 2)), 0.01, 0.0, phase)
-    cloudy = sky.with_cloud(*edges, np.ones((1, 1, 1)), 0.01, 0.0, phase)
+        sky.with_cloud(side, side, altitude, np.ones((1, 1, 2)), 0.01, 0.0, phase)
+    cloudy = sky.with_cloud(side, side, altitude, np.ones((1, 1, 1)), 0.01, 0.0, phase)
     with pytest.raises(celaje.InvalidInputError, match="cloud"):
         cloudy.radiance(0.0, 90.0, method="path", spp=4)
