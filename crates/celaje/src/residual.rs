@@ -210,7 +210,7 @@ mod tests {
         let sensor = Fisheye::new(64, 64, 170.0).unwrap();
         let stop = AtomicBool::new(false);
         let residual = sky
-            .residual(&sensor, &options, 256, &stop, &|_, _| ())
+            .residual(&sensor, &options, 512, &stop, &|_, _| ())
             .unwrap();
         let (mean, error) = residual.mean();
         assert!(error < 0.003, "{error}");

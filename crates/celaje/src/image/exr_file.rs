@@ -330,7 +330,8 @@ mod tests {
         write_exr(&path, &film, Observer::Cie1931, &[]).unwrap();
         let image = read_first_flat_layer_from_file(&path).unwrap();
         let layer = &image.layer_data;
-        assert_eq!(layer.channel_data.list.len(), 3 + 8);
+        // R, G, B, the paths behind each pixel, and four components with their variances.
+        assert_eq!(layer.channel_data.list.len(), 3 + 1 + 8);
         let find = |name: &str| -> Vec<f32> {
             let mut list = layer.channel_data.list.iter();
             let channel = list.find(|c| c.name == *name).unwrap();
