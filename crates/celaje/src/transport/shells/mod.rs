@@ -136,7 +136,7 @@ impl Accuracy {
             Self::Default => Resolution {
                 degree: 10,
                 wavelengths: 16,
-                altitudes: 26,
+                altitudes: 34,
                 sun_step_deg: 1.0,
                 directions: (5, 11),
                 azimuths: 11,
@@ -152,7 +152,7 @@ impl Accuracy {
             Self::High => Resolution {
                 degree: 16,
                 wavelengths: 32,
-                altitudes: 36,
+                altitudes: 44,
                 sun_step_deg: 0.75,
                 directions: (6, 14),
                 azimuths: 17,
