@@ -182,7 +182,8 @@ impl Guide {
         let mut direct = vec![[0.0; BANDS]; SUNS];
         let (mut out, mut scratch) = (vec![0.0; columns.count()], vec![0.0; columns.count()]);
         for node in 0..HEIGHTS * SUNS {
-            let (h, mu) = (node / SUNS, sun_cosine(node % SUNS));
+            let (h, s) = (node / SUNS, node % SUNS);
+            let mu = sun_cosine(s);
             if columns_to_sun(columns, at_height(h), mu, &mut out, &mut scratch) {
                 let light = bands(|b| {
                     let tau = columns.optical_depth_at(&out, middle[b]);
@@ -190,7 +191,7 @@ impl Guide {
                 });
                 guide.sun[node] = bands(|b| light[b] / (4.0 * std::f32::consts::PI));
                 if h == 0 {
-                    direct[node] = bands(|b| light[b] * mu.max(0.0) as f32);
+                    direct[s] = bands(|b| light[b] * mu.max(0.0) as f32);
                 }
             }
         }
@@ -202,9 +203,9 @@ impl Guide {
         for order in 0..ORDERS {
             guide.sweep(&chords, order == ORDERS - 1);
             // The ground: sunlight, and what the sky sends down.
-            for s in 0..SUNS {
+            for (s, direct) in direct.iter().enumerate() {
                 let sky = guide.downward(s);
-                guide.ground[s] = bands(|b| shine[b] * (direct[s][b] + sky[b]));
+                guide.ground[s] = bands(|b| shine[b] * (direct[b] + sky[b]));
             }
         }
         guide
@@ -328,11 +329,13 @@ impl Guide {
         let (r, towards) = (at.length(), sun.direction);
         let chord = self.chord(r, at.dot(direction) / r);
         let light = self.along(&chord, at.dot(towards), direction.dot(towards), &lit);
-        for b in 0..BANDS {
-            let share = light[b] / self.irradiance[b];
+        for (b, (light, irradiance)) in light.iter().zip(self.irradiance).enumerate() {
+            let share = light / irradiance;
             if share.is_finite() {
-                for lane in self.lanes[b]..self.lanes[b + 1] {
-                    guess[lane] = guess[lane].max(share * sun.irradiance[lane]);
+                let lanes = self.lanes[b]..self.lanes[b + 1];
+                for (guess, sunlight) in guess[lanes.clone()].iter_mut().zip(&sun.irradiance[lanes])
+                {
+                    *guess = guess.max(share * sunlight);
                 }
             }
         }
@@ -443,8 +446,8 @@ impl Guide {
             e += usize::from(sine >= edge_sine(edge));
         }
         let mut a = 0;
-        for edge in 1..AZIMUTHS {
-            a += usize::from(cos_azimuth <= AZIMUTH_EDGE_COSINES[edge]);
+        for &edge in &AZIMUTH_EDGE_COSINES[1..AZIMUTHS] {
+            a += usize::from(cos_azimuth <= edge);
         }
         e * AZIMUTHS + a
     }
@@ -483,7 +486,7 @@ const AZIMUTH_EDGE_COSINES: [f64; AZIMUTHS + 1] = [
     0.990_268_068_741_570_4,
     0.939_692_620_785_908_4,
     0.819_152_044_288_991_8,
-    0.573_576_436_351_046_1,
+    0.573_576_436_351_046,
     0.173_648_177_666_930_3,
     -0.342_020_143_325_668_7,
     -0.819_152_044_288_991_8,
