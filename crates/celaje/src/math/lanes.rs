@@ -188,7 +188,7 @@ pub fn exp_and_loss(tau: f32) -> (f32, f32) {
     let p = 9.671_512e-3 + f * 1.326_472_6e-3;
     let p = 5.550_733_7e-2 + f * p;
     let p = 2.402_224_2e-1 + f * p;
-    let p = 6.931_469_8e-1 + f * p;
+    let p = 6.931_469_4e-1 + f * p;
     let exponent = shifted
         .to_bits()
         .wrapping_sub(MAGIC.to_bits())

@@ -66,6 +66,25 @@ pub(super) struct Guide {
     pub lanes: [usize; BANDS + 1],
 }
 
+/// A ray from a node: everything but the sun.
+struct Chord {
+    steps: [Step; STEPS],
+    length_m: f64,
+    /// What comes through from the ground, if it is met.
+    ground: Option<Bands>,
+}
+
+/// A step of a chord.
+struct Step {
+    distance_m: f64,
+    inverse_radius: f64,
+    /// Node over height below and the fraction to the next.
+    height: usize,
+    fraction: f32,
+    /// Share of the light here that is scattered into the ray and arrives.
+    weight: Bands,
+}
+
 /// Four nodes of a grid and their weights.
 #[derive(Clone, Copy)]
 pub(super) struct Place {
@@ -99,6 +118,28 @@ pub(super) fn bands(f: impl Fn(usize) -> f32) -> Bands {
 fn sun_index(mu: f32) -> f32 {
     let x = mu / (BEND + mu.abs()) * (1.0 + BEND);
     0.5 * (x + 1.0) * (SUNS - 1) as f32
+}
+
+/// Node below a cosine and the fraction to the next.
+#[inline(always)]
+fn sun_node(mu: f64) -> (usize, f32) {
+    let y = sun_index(mu as f32).clamp(0.0, (SUNS - 1) as f32);
+    let s = (y as usize).min(SUNS - 2);
+    (s, y - s as f32)
+}
+
+#[inline(always)]
+fn mix_two(a: Bands, b: Bands, fraction: f32) -> Bands {
+    bands(|i| a[i] + fraction * (b[i] - a[i]))
+}
+
+fn sum((a, b): (&Bands, &Bands)) -> Bands {
+    bands(|i| a[i] + b[i])
+}
+
+/// Sine of the elevation in the middle of a bin.
+fn middle_sine(elevation: usize) -> f64 {
+    0.5 * (edge_sine(elevation) + edge_sine(elevation + 1))
 }
 
 /// The cosine at a node.
@@ -141,7 +182,8 @@ impl Guide {
         let mut direct = vec![[0.0; BANDS]; SUNS];
         let (mut out, mut scratch) = (vec![0.0; columns.count()], vec![0.0; columns.count()]);
         for node in 0..HEIGHTS * SUNS {
-            let (h, mu) = (node / SUNS, sun_cosine(node % SUNS));
+            let (h, s) = (node / SUNS, node % SUNS);
+            let mu = sun_cosine(s);
             if columns_to_sun(columns, at_height(h), mu, &mut out, &mut scratch) {
                 let light = bands(|b| {
                     let tau = columns.optical_depth_at(&out, middle[b]);
@@ -149,29 +191,33 @@ impl Guide {
                 });
                 guide.sun[node] = bands(|b| light[b] / (4.0 * std::f32::consts::PI));
                 if h == 0 {
-                    direct[node] = bands(|b| light[b] * mu.max(0.0) as f32);
+                    direct[s] = bands(|b| light[b] * mu.max(0.0) as f32);
                 }
             }
         }
-        guide.ground = direct.clone();
+        let shine = guide.albedo.map(|albedo| albedo / std::f32::consts::PI);
+        guide.ground = direct.iter().map(|d| bands(|b| shine[b] * d[b])).collect();
+        let chords: Vec<Chord> = (0..HEIGHTS * ELEVATIONS)
+            .map(|i| guide.chord(guide.radius_at(i / ELEVATIONS), middle_sine(i % ELEVATIONS)))
+            .collect();
         for order in 0..ORDERS {
-            guide.sweep(order == ORDERS - 1);
+            guide.sweep(&chords, order == ORDERS - 1);
             // The ground: sunlight, and what the sky sends down.
-            for s in 0..SUNS {
+            for (s, direct) in direct.iter().enumerate() {
                 let sky = guide.downward(s);
-                let shine = |b: usize| guide.albedo[b] / std::f32::consts::PI;
-                guide.ground[s] = bands(|b| shine(b) * (direct[s][b] + sky[b]));
+                guide.ground[s] = bands(|b| shine[b] * (direct[b] + sky[b]));
             }
         }
         guide
     }
 
     /// One more order everywhere: what arrives from all directions, if the scattered light is what is known so far.
-    fn sweep(&mut self, last: bool) {
+    fn sweep(&mut self, chords: &[Chord], last: bool) {
+        let lit: Vec<Bands> = self.sun.iter().zip(&self.diffuse).map(sum).collect();
         let this = &*self;
         let rows: Vec<(Bands, Vec<f32>)> = (0..HEIGHTS * SUNS)
             .into_par_iter()
-            .map(|node| this.arrive_at(node))
+            .map(|node| this.arrive_at(node, chords, &lit))
             .collect();
         for (node, (mean, arriving)) in rows.into_iter().enumerate() {
             self.diffuse[node] = mean;
@@ -191,20 +237,17 @@ impl Guide {
     }
 
     /// Mean radiance at a node, and power per bin.
-    fn arrive_at(&self, node: usize) -> (Bands, Vec<f32>) {
-        let x = (node / SUNS) as f64 / (HEIGHTS - 1) as f64;
-        let r = self.ground_m + x * x / f64::from(self.inverse_top);
-        let mu_sun = sun_cosine(node % SUNS);
-        let at = Vec3::new(0.0, 0.0, r);
-        let sun = Vec3::new((1.0 - mu_sun * mu_sun).max(0.0).sqrt(), 0.0, mu_sun);
+    fn arrive_at(&self, node: usize, chords: &[Chord], lit: &[Bands]) -> (Bands, Vec<f32>) {
+        let (h, mu_sun) = (node / SUNS, sun_cosine(node % SUNS));
+        let sin_sun = (1.0 - mu_sun * mu_sun).max(0.0).sqrt();
+        let from = self.radius_at(h) * mu_sun;
         let (mut mean, mut arriving) = ([0.0; BANDS], vec![0.0; BANDS * BINS]);
         for bin in 0..BINS {
             let (e, a) = (bin / AZIMUTHS, bin % AZIMUTHS);
-            let mu = 0.5 * (edge_sine(e) + edge_sine(e + 1));
+            let mu = middle_sine(e);
             let phi = 0.5 * (AZIMUTH_EDGES_DEG[a] + AZIMUTH_EDGES_DEG[a + 1]).to_radians();
-            let sin = (1.0 - mu * mu).sqrt();
-            let direction = Vec3::new(sin * phi.cos(), sin * phi.sin(), mu);
-            let light = self.along(at, direction, sun);
+            let slope = mu * mu_sun + (1.0 - mu * mu).sqrt() * sin_sun * phi.cos();
+            let light = self.along(&chords[h * ELEVATIONS + e], from, slope, lit);
             for b in 0..BANDS {
                 let power = light[b] * self.solid_angle[bin];
                 arriving[b * BINS + bin] = power;
@@ -214,10 +257,15 @@ impl Guide {
         (mean, arriving)
     }
 
-    /// Radiance along a ray.
-    fn along(&self, at: Vec3, direction: Vec3, sun: Vec3) -> Bands {
-        let r = at.length();
-        let b = at.dot(direction);
+    /// Radius of a node over height \[m\].
+    fn radius_at(&self, height: usize) -> f64 {
+        let x = height as f64 / (HEIGHTS - 1) as f64;
+        self.ground_m + x * x / f64::from(self.inverse_top)
+    }
+
+    /// What a ray weighs its light by, wherever the sun stands.
+    fn chord(&self, r: f64, mu: f64) -> Chord {
+        let b = r * mu;
         let top = self.ground_m + 1.0 / f64::from(self.inverse_top);
         let to_ground = b * b - (r - self.ground_m) * (r + self.ground_m);
         let meets_ground = b < 0.0 && to_ground >= 0.0;
@@ -226,34 +274,50 @@ impl Guide {
         } else {
             -b + (b * b - (r - top) * (r + top)).max(0.0).sqrt()
         };
-        let (mut light, mut tau) = ([0.0; BANDS], [0.0f32; BANDS]);
+        let mut through = [1.0f32; BANDS];
         let mut before = 0.0;
-        for step in 1..=STEPS {
-            let x = step as f64 / STEPS as f64;
+        let steps = std::array::from_fn(|step| {
+            let x = (step + 1) as f64 / STEPS as f64;
             let end = length * x * x;
             let (s, ds) = (0.5 * (before + end), (end - before) as f32);
             before = end;
-            let p = at + direction * s;
-            let radius = p.length();
-            let known = self.know(self.place(radius, p.dot(sun) / radius));
-            for b in 0..BANDS {
-                let here = (known.sigma_t[b] * ds).min(50.0);
-                let share = if here > 1e-3 {
-                    (1.0 - (-here).exp()) / here
-                } else {
-                    1.0
-                };
-                let source = known.sigma_s[b] * (known.sun[b] + known.diffuse[b]);
-                light[b] += source * ds * share * (-tau[b]).exp();
-                tau[b] += here;
+            let radius = (r * r + s * (2.0 * b + s)).sqrt();
+            let (height, fraction) = self.height(radius);
+            let line = |rows: &[Bands]| mix_two(rows[height], rows[height + 1], fraction);
+            let (sigma_t, sigma_s) = (line(&self.sigma_t), line(&self.sigma_s));
+            let lost = bands(|b| -(-sigma_t[b] * ds).exp_m1());
+            let weight = bands(|b| through[b] * lost[b] * sigma_s[b] / (sigma_t[b] + 1e-30));
+            through = bands(|b| through[b] * (1.0 - lost[b]));
+            Step {
+                distance_m: s,
+                inverse_radius: 1.0 / radius,
+                height,
+                fraction,
+                weight,
             }
+        });
+        Chord {
+            steps,
+            length_m: length,
+            ground: meets_ground.then_some(through),
         }
-        if meets_ground {
-            let p = at + direction * length;
-            let ground = self.ground_at(p.dot(sun) / p.length());
-            for b in 0..BANDS {
-                light[b] += ground[b] * (-tau[b]).exp();
-            }
+    }
+
+    /// Radiance along a chord; the scalar products of its start \[m\] and its direction with the sun's.
+    fn along(&self, chord: &Chord, from: f64, slope: f64, lit: &[Bands]) -> Bands {
+        let mut light = [0.0; BANDS];
+        for step in &chord.steps {
+            let mu_sun = (from + slope * step.distance_m) * step.inverse_radius;
+            let (s, g) = sun_node(mu_sun);
+            let first = step.height * SUNS + s;
+            let below = mix_two(lit[first], lit[first + 1], g);
+            let above = mix_two(lit[first + SUNS], lit[first + SUNS + 1], g);
+            let source = mix_two(below, above, step.fraction);
+            light = bands(|b| light[b] + step.weight[b] * source[b]);
+        }
+        if let Some(through) = &chord.ground {
+            let ground = self.ground_at((from + slope * chord.length_m) / self.ground_m);
+            light = bands(|b| light[b] + through[b] * ground[b]);
         }
         light
     }
@@ -261,12 +325,17 @@ impl Guide {
     /// Raises a guess of the radiance along a ray, one row, to what this solution has: in twilight most of the light has been
     /// scattered more than once, and of some colours nearly all.
     pub fn raise(&self, at: Vec3, direction: Vec3, sun: &SunLight, guess: &mut [f32]) {
-        let light = self.along(at, direction, sun.direction);
-        for b in 0..BANDS {
-            let share = light[b] / self.irradiance[b];
+        let lit: Vec<Bands> = self.sun.iter().zip(&self.diffuse).map(sum).collect();
+        let (r, towards) = (at.length(), sun.direction);
+        let chord = self.chord(r, at.dot(direction) / r);
+        let light = self.along(&chord, at.dot(towards), direction.dot(towards), &lit);
+        for (b, (light, irradiance)) in light.iter().zip(self.irradiance).enumerate() {
+            let share = light / irradiance;
             if share.is_finite() {
-                for lane in self.lanes[b]..self.lanes[b + 1] {
-                    guess[lane] = guess[lane].max(share * sun.irradiance[lane]);
+                let lanes = self.lanes[b]..self.lanes[b + 1];
+                for (guess, sunlight) in guess[lanes.clone()].iter_mut().zip(&sun.irradiance[lanes])
+                {
+                    *guess = guess.max(share * sunlight);
                 }
             }
         }
@@ -277,11 +346,7 @@ impl Guide {
         let rows = &self.arriving[sun * BANDS * BINS..(sun + 1) * BANDS * BINS];
         bands(|b| {
             (0..BINS)
-                .map(|bin| {
-                    let e = bin / AZIMUTHS;
-                    let mu = 0.5 * (edge_sine(e) + edge_sine(e + 1));
-                    rows[b * BINS + bin] * mu.max(0.0) as f32
-                })
+                .map(|bin| rows[b * BINS + bin] * middle_sine(bin / AZIMUTHS).max(0.0) as f32)
                 .sum()
         })
     }
@@ -289,12 +354,8 @@ impl Guide {
     /// Finds a place on the grid.
     #[inline(always)]
     pub fn place(&self, radius_m: f64, mu_sun: f64) -> Place {
-        let share = ((radius_m - self.ground_m) as f32 * self.inverse_top).clamp(0.0, 1.0);
-        let x = share.sqrt() * (HEIGHTS - 1) as f32;
-        let h = (x as usize).min(HEIGHTS - 2);
-        let y = sun_index(mu_sun as f32).clamp(0.0, (SUNS - 1) as f32);
-        let s = (y as usize).min(SUNS - 2);
-        let (f, g) = (x - h as f32, y - s as f32);
+        let (h, f) = self.height(radius_m);
+        let (s, g) = sun_node(mu_sun);
         let first = h * SUNS + s;
         Place {
             at: [first, first + 1, first + SUNS, first + SUNS + 1],
@@ -327,11 +388,17 @@ impl Guide {
     /// What the ground reflects under a sun.
     #[inline(always)]
     pub fn ground_at(&self, mu_sun: f64) -> Bands {
-        let y = sun_index(mu_sun as f32).clamp(0.0, (SUNS - 1) as f32);
-        let s = (y as usize).min(SUNS - 2);
-        let g = y - s as f32;
-        let (a, b) = (self.ground[s], self.ground[s + 1]);
-        bands(|i| a[i] + g * (b[i] - a[i]))
+        let (s, g) = sun_node(mu_sun);
+        mix_two(self.ground[s], self.ground[s + 1], g)
+    }
+
+    /// Node over height below a radius and the fraction to the next.
+    #[inline(always)]
+    fn height(&self, radius_m: f64) -> (usize, f32) {
+        let share = ((radius_m - self.ground_m) as f32 * self.inverse_top).clamp(0.0, 1.0);
+        let x = share.sqrt() * (HEIGHTS - 1) as f32;
+        let h = (x as usize).min(HEIGHTS - 2);
+        (h, x - h as f32)
     }
 
     /// Power per bin at one of the nodes about a place, drawn by `u`, for a path that carries `weight` in the bands.
@@ -379,8 +446,8 @@ impl Guide {
             e += usize::from(sine >= edge_sine(edge));
         }
         let mut a = 0;
-        for edge in 1..AZIMUTHS {
-            a += usize::from(cos_azimuth <= AZIMUTH_EDGE_COSINES[edge]);
+        for &edge in &AZIMUTH_EDGE_COSINES[1..AZIMUTHS] {
+            a += usize::from(cos_azimuth <= edge);
         }
         e * AZIMUTHS + a
     }
@@ -419,7 +486,7 @@ const AZIMUTH_EDGE_COSINES: [f64; AZIMUTHS + 1] = [
     0.990_268_068_741_570_4,
     0.939_692_620_785_908_4,
     0.819_152_044_288_991_8,
-    0.573_576_436_351_046_1,
+    0.573_576_436_351_046,
     0.173_648_177_666_930_3,
     -0.342_020_143_325_668_7,
     -0.819_152_044_288_991_8,
