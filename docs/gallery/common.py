@@ -21,7 +21,7 @@ import celaje
 
 IMAGES = Path(__file__).resolve().parent.parent / "images" / "gallery"
 # Largest file that goes into the repository [bytes].
-MOST_BYTES = 250_000
+MOST_BYTES = 500_000
 
 plt.rcParams.update(
     {

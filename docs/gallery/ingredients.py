@@ -26,20 +26,20 @@ for place, radius_um, name in ((1, 1e-4, "radius 0.0001 µm"), (2, 10.0, "radius
     axes.set_yticklabels([])
     axes.set_title(f"{name}, {WAVELENGTH_NM:g} nm" + (", logarithmic" if place == 2 else ""))
 
-# Ozone's cross section is what it adds to a sky's absorption, per molecule.
 grid = "400:700:50" if given.quick else "300:800:1"
-sky, without = (celaje.sky(sun_elevation=30, no_ozone=no, wavelengths=grid) for no in (False, True))
+sky = celaje.sky(sun_elevation=30, wavelengths=grid)
 air = sky.atmosphere
-per_molecule = (sky.medium.sigma_a - without.medium.sigma_a) / air.ozone_number_density[:, None]
+ozone = air.species["ozone"]
+densest = int(np.argmax(ozone.number_density))
 axes = figure.add_subplot(2, 3, 4)
-densest = int(np.argmax(air.ozone_number_density))
-axes.semilogy(sky.wavelength_nm, 1e4 * per_molecule[densest], color="C2")
+cross_section_m2 = ozone.sigma_a[densest] / ozone.number_density[densest]
+axes.semilogy(sky.wavelength_nm, 1e4 * cross_section_m2, color="C2")
 axes.set_xlabel("wavelength [nm]")
 axes.set_ylabel("ozone's cross section [cm²]")
 axes.set_title(f"at {air.temperature_k[densest]:.0f} K")
 
 axes = figure.add_subplot(2, 3, 5)
-axes.plot(1e-6 * air.ozone_number_density, 1e-3 * air.altitude_m, color="C2")
+axes.plot(1e-6 * ozone.number_density, 1e-3 * air.altitude_m, color="C2")
 axes.set_xlabel("ozone [molecules/cm³]")
 axes.set_ylabel("altitude [km]")
 axes.set_ylim(0, 60)

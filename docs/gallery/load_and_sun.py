@@ -18,4 +18,4 @@ columns = [
 ]
 rows = [exposed_alike(row) for row in zip(*columns, strict=True)]
 names = [f"{name}\nAOD {aod:g}" for aod in LOADS for name in TYPES]
-save(picture_grid(rows, names, [f"sun at {s:g}°" for s in suns]), "load_and_sun", given)
+save(picture_grid(rows, names, [f"sun at {s:g}°" for s in suns]), "load_and_sun", given, dpi=88)
