@@ -262,8 +262,8 @@ fn tracker_equals_classic_in_a_cloud() {
         };
         batches(integrator, &scene, PLANET_RADIUS_M, &looks, job)
     };
-    let a = run("cloud tracker", &Tracker, 1024);
-    let b = run("cloud classic", &Classic, 512);
+    let a = run("cloud tracker", &Tracker, 2048);
+    let b = run("cloud classic", &Classic, 1024);
     for direction in 0..looks.len() {
         for lane in 0..4 {
             let (a, b) = (value(&a, direction, lane), value(&b, direction, lane));

@@ -104,7 +104,7 @@ fn path_equals_tracker() {
     compare(
         [("path", &Path), ("tracker", &Tracker)],
         &scenes,
-        [2048, 8192],
+        [2048, 24_576],
         0.025,
         0.01,
     );
