@@ -316,10 +316,10 @@ class Sky:
         >>> import celaje
         >>> sky = celaje.sky(sun_elevation=40, wavelengths="450,650")
         >>> cloud = sky.with_cloud(
-        ...     [-500.0, 500.0], [-500.0, 500.0], [1000.0, 1500.0], [[[1.0]]], 0.05, 0.0,
+        ...     [-500.0, 500.0], [-500.0, 500.0], [1000.0, 1500.0], [[[1.0]]], 0.01, 0.0,
         ...     celaje.Phase.henyey_greenstein(0.85),
         ... )
-        >>> zenith = dict(azimuth_deg=0.0, elevation_deg=90.0, method="tracker", spp=256)
+        >>> zenith = dict(azimuth_deg=0.0, elevation_deg=90.0, method="tracker", spp=1024)
         >>> bool((cloud.radiance(**zenith).radiance > 2 * sky.radiance(**zenith).radiance).all())
         True
         """

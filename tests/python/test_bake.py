@@ -37,7 +37,7 @@ def test_a_file_gives_the_same_sky(baked: celaje.Sky, tmp_path: Path) -> None:
         assert (a.standard_error == 0).all()
         np.testing.assert_array_equal(first.sun_irradiance, second.sun_irradiance)
     film = again.under(4.0).render(size=8)
-    assert film.metadata["aerosol"] == "opac:continental_average"
+    assert film.metadata["aerosol"] == "opac:continental-average"
 
 
 def test_suns_and_directions_in_one_call(baked: celaje.Sky) -> None:
@@ -61,7 +61,7 @@ def test_a_tilted_plane(baked: celaje.Sky) -> None:
     np.testing.assert_allclose(level.direct, level.direct_normal * sine, rtol=2e-3)
     for tilt_deg in (0.0, 80.0):
         e = baked.irradiance(tilt_deg=tilt_deg, azimuth_deg=170)
-        path = baked.irradiance(method="path", spp=64, seed=2, tilt_deg=tilt_deg, azimuth_deg=170)
+        path = baked.irradiance(method="path", spp=128, seed=2, tilt_deg=tilt_deg, azimuth_deg=170)
         assert (path.diffuse_standard_error < 0.01 * path.diffuse).all()
         # Preview's own error, 3 %, and the noise.
         np.testing.assert_allclose(e.diffuse, path.diffuse, rtol=0.03 + 0.04)
@@ -75,7 +75,7 @@ def test_what_tables_do_not_hold_is_refused(baked: celaje.Sky, tmp_path: Path) -
     with pytest.raises(celaje.OutOfRangeError, match="sun zenith angle"):
         baked.under(-12).radiance(*LOOKS)
     with pytest.raises(celaje.OutOfRangeError):
-        baked.radiance(*LOOKS, altitude_m=9000)
+        baked.under(-4).radiance(*LOOKS, altitude_m=400_000)
     with pytest.raises(celaje.OutOfRangeError, match="tilt"):
         baked.irradiance(tilt_deg=200)
     plain = celaje.sky(sun_elevation=10, wavelengths=[550.0])

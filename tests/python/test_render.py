@@ -209,7 +209,7 @@ def test_ctrl_c_interrupts_a_render_within_a_fifth_of_a_second() -> None:
 
 def test_irradiance_is_the_sum_of_its_parts(evening: celaje.Sky) -> None:
     """The level plane sees the sun under the sine of its elevation, 11 degrees."""
-    e = evening.irradiance(spp=16, seed=2)
+    e = evening.irradiance(spp=32, seed=2)
     assert e.wavelength_nm.tolist() == [450.0, 550.0, 650.0]
     assert e.global_ == pytest.approx(e.direct + e.diffuse, rel=1e-12)
     assert evening.conditions is not None
@@ -218,7 +218,7 @@ def test_irradiance_is_the_sum_of_its_parts(evening: celaje.Sky) -> None:
     assert (e.direct_normal < evening.sun_irradiance).all()
     assert (e.diffuse_standard_error > 0.0).all()
     assert (e.diffuse_standard_error < 0.02 * e.diffuse).all()
-    other = evening.irradiance(spp=16, seed=2, threads=1)
+    other = evening.irradiance(spp=32, seed=2, threads=1)
     assert np.array_equal(e.global_, other.global_)
 
 

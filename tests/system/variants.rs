@@ -2,7 +2,7 @@
 
 use celaje::medium::LayeredMedium;
 use celaje::transport::{Classic, Integrator, Path, Tracker, UnguidedPath};
-use celaje_harness::{assert_equal, estimate, seed_from_name, BATCHES};
+use celaje_harness::{assert_equal_with_tails, estimate, seed_from_name, BATCHES};
 
 use crate::scenes::{hazy_air, look, under_sun, PLANET_RADIUS_M};
 use crate::support::{batches, value, Job};
@@ -72,7 +72,8 @@ fn compare(
                 );
                 if ea.mean > rarest * brightest {
                     let label = format!("{scene_name}, direction {direction}, lane {lane}");
-                    assert_equal(&label, &a, &b, budget, 64);
+                    // Haze with a narrow peak and low suns have tails that skew 64 batch means.
+                    assert_equal_with_tails(&label, &a, &b, budget, 64);
                 }
             }
         }
@@ -104,7 +105,7 @@ fn path_equals_tracker() {
     compare(
         [("path", &Path), ("tracker", &Tracker)],
         &scenes,
-        [2048, 24_576],
+        [2048, 8192],
         0.025,
         0.01,
     );
