@@ -240,7 +240,7 @@ class Sky:
         Notes
         -----
         For `noise` each direction is followed by two halves of paths that share no random number; how long one goes on
-        is decided by the noise of the other, so that no value has a say in how much it counts. What is aimed at is 0.8
+        is decided by the noise of the other, so that no value has a say in how much it counts. What is aimed at is 0.65
         of the noise asked for.
 
         Examples

@@ -59,7 +59,7 @@ fn noise_is_reached_and_said() {
         "{said}"
     );
     let (film, metadata) = read_exr(&folder.path().join("a.exr")).unwrap();
-    // What is aimed at is a fifth lower; what is measured is itself a little uncertain.
+    // What is aimed at is a third lower; what is measured is itself a little uncertain.
     assert!(film.noise().unwrap() < 0.055, "{:?}", film.noise());
     let find = |name: &str| &metadata.iter().find(|(n, _)| n == name).unwrap().1;
     assert_eq!(find("noise"), "0.05");
