@@ -19,7 +19,7 @@ def rows(path):
 
 def mean(row, load):
     seasons = ["fallwinter", "springsummer"]
-    return 0.5e-3 * sum(float(row[f"strat_{load}_volcanic_{season}"]) for season in seasons)
+    return 0.5e-3 * sum(float(row[f"strat_{load}_{season}"]) for season in seasons)
 
 
 with open("spectral.csv", "w", encoding="utf-8") as out:
@@ -38,9 +38,10 @@ with open("profiles.csv", "w", encoding="utf-8") as out:
     out.write(
         "# LOWTRAN 7: extinction at 550 nm [m-1], mean of both seasons; 0 outside a layer. See SOURCE.md.\n"
     )
-    out.write("altitude_m,moderate_volcanic,high_volcanic,meteoric_dust\n")
+    out.write("altitude_m,background,moderate_volcanic,high_volcanic,meteoric_dust\n")
     for r in rows(sys.argv[2]):
-        values = [mean(r, "moderate"), mean(r, "high"), 1e-3 * float(r["upper_normal"])]
+        values = [mean(r, load) for load in ["background", "moderate_volcanic", "high_volcanic"]]
+        values.append(1e-3 * float(r["upper_normal"]))
         if float(r["z_km"]) >= 11:
             out.write(
                 ",".join([f"{float(r['z_km']) * 1e3:g}", *(f"{v:.4g}" for v in values)]) + "\n"

@@ -73,8 +73,8 @@ def sky(
     visibility : float, optional
         Visibility at the ground, 0.1 to 400, instead of an optical depth. [km]
     stratosphere, mesosphere : str, optional
-        Upper aerosols: ``"background"`` (default), ``"volcanic-fresh"``, ``"volcanic-aged"``, ``"none"``; ``"dust"``
-        (default), ``"dust-and-ice"``, ``"none"``.
+        Upper aerosols: ``"background"`` (default), ``"volcanic-fresh"``, ``"volcanic-aged"``, ``"none"``; ``"dust"``,
+        ``"ice"``, ``"dust-and-ice"``, ``"none"`` (default).
     humidity : float, optional
         Relative humidity of the aerosol, 0 to 99. [%]
     ozone : float, optional

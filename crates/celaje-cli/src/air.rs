@@ -56,7 +56,7 @@ pub struct Air {
     /// Aerosol of the stratosphere: background, volcanic-fresh, volcanic-aged, none [default: background]
     #[arg(long, value_name = "NAME")]
     stratosphere: Option<String>,
-    /// Aerosol of the mesosphere: dust, dust-and-ice, none [default: dust]
+    /// Aerosol of the mesosphere: dust, ice, dust-and-ice, none [default: none]
     #[arg(long, value_name = "NAME")]
     mesosphere: Option<String>,
     /// Relative humidity in which the aerosol swells, %, 0 to 99 [default: climate]

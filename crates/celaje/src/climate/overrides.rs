@@ -176,8 +176,8 @@ impl Overrides {
 
     pub(super) fn mesosphere(&self) -> Condition<String> {
         Condition::or_found(self.mesosphere.clone(), "", || {
-            let reason = "meteoric dust in normal years; no noctilucent clouds are assumed";
-            Condition::new("dust".to_owned(), "", "LOWTRAN 7", reason)
+            let reason = "too thin to be seen; no noctilucent clouds are assumed";
+            Condition::new("none".to_owned(), "", "default", reason)
         })
     }
 

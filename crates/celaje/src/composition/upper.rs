@@ -76,7 +76,7 @@ impl Spectrum {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum Stratosphere {
-    /// The sulphuric acid of quiet years, as the aerosol type brings it (OPAC).
+    /// The sulphuric acid of quiet years: the particles and the column of the aerosol type's own layer (OPAC), LOWTRAN's profile.
     #[default]
     Background,
     /// Some months after an eruption: LOWTRAN's fresh volcanic aerosol, high volcanic profile.
@@ -93,7 +93,7 @@ impl Stratosphere {
         (
             Self::Background,
             "background",
-            "sulphuric acid of quiet years (OPAC)",
+            "sulphuric acid of quiet years (OPAC's particles and column, LOWTRAN's profile)",
         ),
         (
             Self::VolcanicFresh,
@@ -127,8 +127,8 @@ impl Stratosphere {
     /// [`Error::Invalid`] for damaged data.
     pub fn layers(self, of_type: Vec<AerosolLayer>) -> Result<Vec<AerosolLayer>> {
         match self {
-            Self::Background if of_type.is_empty() => Ok(vec![opac_stratosphere()?]),
-            Self::Background => Ok(of_type),
+            Self::Background if of_type.is_empty() => Ok(vec![quiet(opac_stratosphere()?)?]),
+            Self::Background => of_type.into_iter().map(quiet).collect(),
             Self::VolcanicFresh => Ok(vec![lowtran_layer(
                 "stratosphere",
                 "fresh_volcanic",
@@ -148,24 +148,24 @@ impl Stratosphere {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum Mesosphere {
-    /// Meteoric dust from 30 to 100 km (LOWTRAN, normal years).
-    #[default]
+    /// Meteoric dust from 30 to 100 km (LOWTRAN, normal years): far more of it than satellites find, and enough to make deep twilight
+    /// up to twice as bright as it is measured (`docs/decisions/0013`).
     Dust,
-    /// Dust and a layer of ice at 83 km, a noctilucent cloud that covers the whole sky.
+    /// A layer of ice at 83 km, a noctilucent cloud that covers the whole sky.
+    Ice,
+    /// Both.
     DustAndIce,
     /// Nothing.
+    #[default]
     None,
 }
 
 impl Mesosphere {
     /// Every choice with its name and a line of meaning.
-    pub const ALL: [(Self, &'static str, &'static str); 3] = [
+    pub const ALL: [(Self, &'static str, &'static str); 4] = [
         (Self::Dust, "dust", "meteoric dust, 30 to 100 km (LOWTRAN)"),
-        (
-            Self::DustAndIce,
-            "dust-and-ice",
-            "dust, and a noctilucent layer of ice at 83 km",
-        ),
+        (Self::Ice, "ice", "a noctilucent layer of ice at 83 km"),
+        (Self::DustAndIce, "dust-and-ice", "both"),
         (Self::None, "none", "no aerosol"),
     ];
 
@@ -185,6 +185,7 @@ impl Mesosphere {
         let dust = || lowtran_layer("mesospheric dust", "meteoric_dust", "meteoric_dust");
         match self {
             Self::Dust => Ok(vec![dust()?]),
+            Self::Ice => Ok(vec![ice_layer()?]),
             Self::DustAndIce => Ok(vec![dust()?, ice_layer()?]),
             Self::None => Ok(Vec::new()),
         }
@@ -206,12 +207,16 @@ fn find<T: Copy>(
         })
 }
 
-/// A layer of LOWTRAN: a model, and a profile of extinction at 550 nm.
-fn lowtran_layer(name: &str, model: &str, profile: &str) -> Result<AerosolLayer> {
+/// Altitudes \[m\] and extinction at 550 nm \[m⁻¹\] of a profile of LOWTRAN, where it is defined.
+fn lowtran_profile(profile: &str) -> Result<(Vec<f64>, Vec<f64>)> {
     let table = Table::parse("LOWTRAN profiles", PROFILES)?;
     let (z, ext) = (table.numbers("altitude_m")?, table.numbers(profile)?);
-    let defined = z.into_iter().zip(ext).filter(|(_, ext)| *ext > 0.0);
-    let (z, ext): (Vec<f64>, Vec<f64>) = defined.unzip();
+    Ok(z.into_iter().zip(ext).filter(|(_, ext)| *ext > 0.0).unzip())
+}
+
+/// A layer of LOWTRAN: a model, and a profile of extinction at 550 nm.
+fn lowtran_layer(name: &str, model: &str, profile: &str) -> Result<AerosolLayer> {
+    let (z, ext) = lowtran_profile(profile)?;
     let highest = ext.iter().copied().fold(0.0, f64::max);
     let relative = ext.iter().map(|e| e / highest).collect();
     Ok(AerosolLayer {
@@ -224,6 +229,35 @@ fn lowtran_layer(name: &str, model: &str, profile: &str) -> Result<AerosolLayer>
         scales_with_aod: false,
     })
 }
+
+/// A stratospheric layer as it is in quiet years: the same particles, column and lower edge, thinning out above 20 km by LOWTRAN's profile.
+///
+/// OPAC's constant number from 12 to 35 km is some forty times that at 35 km, which doubles the light of deep twilight. LOWTRAN's
+/// profile ends at 30 km; from there to 40 km the fall-off from 25 to 30 km (a factor of 4 in 5 km) goes on, as satellites see it to do.
+fn quiet(mut layer: AerosolLayer) -> Result<AerosolLayer> {
+    let (mut z, mut ext) = lowtran_profile("background")?;
+    let last = z.len() - 1;
+    let (step_m, fall_off) = (z[last] - z[last - 1], ext[last] / ext[last - 1]);
+    for steps in 1..=QUIET_STEPS {
+        z.push(z[last] + f64::from(steps) * step_m);
+        ext.push(ext[last] * fall_off.powi(steps));
+    }
+    let shape = VerticalProfile::sampled(z, ext)?;
+    let bottom_m = layer.profile.breaks_m()[0];
+    let mut z = vec![bottom_m.max(shape.breaks_m()[0])];
+    z.extend(shape.breaks_m().into_iter().filter(|&above| above > z[0]));
+    let relative = z.iter().map(|&z| shape.relative(z)).collect();
+    let profile = VerticalProfile::sampled(z, relative)?;
+    let factor = layer.profile.column_above(bottom_m) / profile.column_above(bottom_m);
+    for component in &mut layer.components {
+        component.number_density *= factor;
+    }
+    layer.profile = profile;
+    Ok(layer)
+}
+
+/// Steps of LOWTRAN's last 5 km by which the layer of quiet years goes on above its 30 km.
+const QUIET_STEPS: i32 = 2;
 
 /// Ice of noctilucent clouds: median radius 51 nm, σ 1.42, 82 cm⁻³, the means of lidar measurements in three colours (von Cossart,
 /// Fiedler & von Zahn 1999, doi:10.1029/1999GL900226); index of Warren & Brandt 2008. The kilometre of thickness, centred
@@ -279,6 +313,25 @@ mod tests {
         assert!((aged - 0.028).abs() < 0.002, "{aged}");
         let dust = column(&Mesosphere::Dust.layers().unwrap()[0]);
         assert!((1e-4..5e-4).contains(&dust), "{dust}");
+    }
+
+    /// OPAC's column stays, above the same edge; above 20 km it thins out, and at 35 km little is left.
+    #[test]
+    fn quiet_years_keep_the_column_and_thin_out() {
+        let opac = opac_stratosphere().unwrap();
+        let layer = Stratosphere::Background
+            .layers(Vec::new())
+            .unwrap()
+            .remove(0);
+        assert!((column(&layer) / column(&opac) - 1.0).abs() < 1e-12);
+        assert_eq!(layer.profile.relative(11.9e3), 0.0);
+        assert_eq!(layer.profile.relative(40.1e3), 0.0);
+        // In parts of OPAC's constant number.
+        let constant = opac.components[0].number_density;
+        let at = |z: f64| layer.components[0].number_density * layer.profile.relative(z) / constant;
+        assert!((20..40).all(|km| at(1e3 * f64::from(km)) > at(1e3 * f64::from(km + 1))));
+        assert!((1.5..2.0).contains(&at(19e3)), "{}", at(19e3));
+        assert!((0.02..0.03).contains(&at(35e3)), "{}", at(35e3));
     }
 
     #[test]
