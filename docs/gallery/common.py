@@ -126,9 +126,9 @@ def colours(seen: celaje.Radiance) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     radiance = seen.radiance[None]
     samples = np.ones(radiance.shape[:2], dtype=np.uint32)
     film = celaje.Film(radiance, np.zeros_like(radiance), samples, seen.wavelength_nm)
-    linear = film.linear_srgb()[0]
-    # The luminance of the sRGB primaries (IEC 61966-2-1).
-    return film.rgb()[0], linear, linear @ np.array([0.2126, 0.7152, 0.0722])
+    # Luminance is the observer of 1931's; Y of the sRGB primaries (IEC 61966-2-1).
+    luminance = film.linear_srgb(1931)[0] @ np.array([0.2126, 0.7152, 0.0722])
+    return film.rgb()[0], film.linear_srgb()[0], luminance
 
 
 def exposed_alike(films: Sequence[celaje.Film]) -> list[np.ndarray]:

@@ -244,8 +244,9 @@ fn quiet(mut layer: AerosolLayer) -> Result<AerosolLayer> {
     }
     let shape = VerticalProfile::sampled(z, ext)?;
     let bottom_m = layer.profile.breaks_m()[0];
-    let mut z = vec![bottom_m.max(shape.breaks_m()[0])];
-    z.extend(shape.breaks_m().into_iter().filter(|&above| above > z[0]));
+    let lowest_m = bottom_m.max(shape.breaks_m()[0]);
+    let above = shape.breaks_m().into_iter().filter(|&z| z > lowest_m);
+    let z: Vec<f64> = std::iter::once(lowest_m).chain(above).collect();
     let relative = z.iter().map(|&z| shape.relative(z)).collect();
     let profile = VerticalProfile::sampled(z, relative)?;
     let factor = layer.profile.column_above(bottom_m) / profile.column_above(bottom_m);
