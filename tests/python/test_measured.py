@@ -96,7 +96,7 @@ def test_twilight_of_maryland():
 
 
 def test_twilight_of_a_mountain_lies_between_both_sites():
-    """Koomen et al. 1952: what they measured at 2800 m is half of what we compute, and of what they have in Maryland."""
+    """Koomen et al. 1952: theirs at 2800 m is half of what we compute, and of what they have in Maryland."""
     mountain, plain = twilight("Sacramento Peak"), twilight("Maryland")
     assert len(mountain) == 5
     for (sun, view), (measured, computed) in mountain.items():
