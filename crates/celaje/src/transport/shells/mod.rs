@@ -51,10 +51,11 @@ pub(crate) struct Resolution {
     /// The same for the rays of the picture.
     pub view_level_m: f64,
     pub view_level_growth: f64,
-    /// Azimuths on one side of the sun's plane, and the error of cubics at the last but one halving of elevations, for
-    /// pictures of many pixels.
+    /// For pictures of many pixels: azimuths on one side of the sun's plane, the error of cubics at the last but one halving of
+    /// elevations, and the number of elevations at which halving ends.
     pub view_azimuths: usize,
     pub view_tolerance: f32,
+    pub view_rows: usize,
     /// Share of the mean radiance that may be left to the series that stands for the last orders.
     pub converged: f32,
     pub max_orders: u32,
@@ -130,6 +131,7 @@ impl Accuracy {
                 view_level_growth: 0.12,
                 view_azimuths: 24,
                 view_tolerance: 1e-2,
+                view_rows: 60,
                 converged: 3e-2,
                 max_orders: 12,
             },
@@ -146,6 +148,7 @@ impl Accuracy {
                 view_level_growth: 0.08,
                 view_azimuths: 36,
                 view_tolerance: 3e-3,
+                view_rows: 100,
                 converged: 2e-2,
                 max_orders: 30,
             },
@@ -162,6 +165,7 @@ impl Accuracy {
                 view_level_growth: 0.04,
                 view_azimuths: 72,
                 view_tolerance: 1e-3,
+                view_rows: 400,
                 converged: 3e-3,
                 max_orders: 60,
             },

@@ -22,9 +22,6 @@ const EDGE_RAD: f64 = 1e-9;
 /// Elevations are not cut finer than this \[rad\].
 const NARROWEST_RAD: f64 = 2e-5;
 
-/// Most rows of one segment.
-const MOST_ROWS: usize = 400;
-
 /// Azimuths at which rows are compared: every so many.
 const CHECKED: usize = 4;
 
@@ -84,6 +81,7 @@ impl SkyGrid {
             grid: &grid,
             observer_m,
             tolerance: resolution.view_tolerance,
+            most_rows: resolution.view_rows,
             cancel,
         };
         let below = builder.segment(horizon - EDGE_RAD, -FRAC_PI_2, 8)?;
@@ -145,11 +143,15 @@ struct Builder<'a> {
     grid: &'a SkyGrid,
     observer_m: f64,
     tolerance: f32,
+    most_rows: usize,
     cancel: &'a AtomicBool,
 }
 
 impl Builder<'_> {
     /// A segment from an edge, about which rows are dense, to an end.
+    ///
+    /// Halving stops at the next round once there are `most_rows`: at the edge of the Earth's shadow the line integrals have ripples of 4·10⁻⁴,
+    /// which no number of rows gets rid of.
     fn segment(&self, edge: f64, end: f64, intervals: usize) -> Result<Segment> {
         let mut elevations: Vec<f64> = (0..=intervals)
             .map(|i| edge + (end - edge) * (i as f64 / intervals as f64).powi(2))
@@ -158,7 +160,7 @@ impl Builder<'_> {
         let mut rows = self.rows(&elevations)?;
         // Lower ends of the intervals to be halved.
         let mut open: Vec<f64> = elevations[..intervals].to_vec();
-        while !open.is_empty() && rows.len() < MOST_ROWS {
+        while !open.is_empty() && rows.len() < self.most_rows {
             let middles: Vec<f64> = open
                 .iter()
                 .filter_map(|&low| {
