@@ -12,6 +12,7 @@ pub const ALBEDO: f64 = 0.1;
 const DEPOLARISATION: f64 = 0.0279;
 const AIR: &str = include_str!("../reference/peer_scene_air_density.csv");
 const SKY: &str = include_str!("../reference/peer_scene_rayleigh_sun60.csv");
+const OTHER_SKIES: &str = include_str!("../reference/peer_scene_sasktran2.csv");
 
 /// Bodhaine et al. 1999, doi:10.1175/1520-0426(1999)016<1854:ORODC>2.0.CO;2, eq. 29 \[m²\].
 fn cross_section_m2(wavelength_nm: f64) -> f64 {
@@ -34,6 +35,33 @@ pub fn medium(wavelength_nm: &[f64]) -> LayeredMedium {
     medium
         .add(&sigma_s, &vec![0.0; sigma_s.len()], phase)
         .unwrap();
+    medium
+}
+
+/// The same with the scene's aerosol.
+pub fn medium_with_aerosol(wavelength_nm: &[f64]) -> LayeredMedium {
+    let mut medium = medium(wavelength_nm);
+    let altitude_m: Vec<f64> = csv_rows(AIR)
+        .iter()
+        .map(|r| 1000.0 * r[0].parse::<f64>().unwrap())
+        .collect();
+    let shape: Vec<f64> = altitude_m
+        .iter()
+        .map(|&z| if z < 30e3 { (-z / 1500.0).exp() } else { 0.0 })
+        .collect();
+    let column: f64 = (1..shape.len())
+        .map(|i| 0.5 * (shape[i] + shape[i - 1]) * (altitude_m[i] - altitude_m[i - 1]))
+        .sum();
+    let extinction = |nm: f64| 0.15 * (nm / 550.0_f64).powf(-1.3) / column;
+    let rows = |factor: f64| -> Vec<f64> {
+        shape
+            .iter()
+            .flat_map(|s| wavelength_nm.iter().map(move |&nm| (s, nm)))
+            .map(|(s, nm)| factor * s * extinction(nm))
+            .collect()
+    };
+    let phase = Phase::henyey_greenstein(&vec![0.70; wavelength_nm.len()]).unwrap();
+    medium.add(&rows(0.95), &rows(0.05), phase).unwrap();
     medium
 }
 
@@ -78,6 +106,20 @@ pub fn published(method: &str) -> Vec<Cell> {
             view_zenith_deg: r[2].parse().unwrap(),
             relative_azimuth_deg: r[3].parse().unwrap(),
             radiance: r[4].parse().unwrap(),
+        })
+        .collect()
+}
+
+/// A sky under another sun by sasktran2; `scene` is `air` or `aerosol`.
+pub fn other_sky(scene: &str, sun_zenith_deg: f64) -> Vec<Cell> {
+    csv_rows(OTHER_SKIES)
+        .into_iter()
+        .filter(|r| r[0] == scene && r[1].parse() == Ok(sun_zenith_deg))
+        .map(|r| Cell {
+            wavelength_nm: r[2].parse().unwrap(),
+            view_zenith_deg: r[3].parse().unwrap(),
+            relative_azimuth_deg: r[4].parse().unwrap(),
+            radiance: r[5].parse().unwrap(),
         })
         .collect()
 }
