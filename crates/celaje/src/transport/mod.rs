@@ -28,7 +28,7 @@ pub use goal::{render_until, Goal, Keep, Look, Outcome, Partial, Reins, MOST_PAT
 pub use path::{Path, PolarisedPath, UnguidedPath};
 pub use render::{Budget, Control, Observer};
 pub use scene::{Scene, SunLight};
-pub use shells::{Accuracy, Shells, Solution, Tables, TablesOptions};
+pub use shells::{Accuracy, PolarisedShells, Shells, Solution, Tables, TablesOptions};
 pub use tracker::Tracker;
 pub use tracking::{free_path, transmittance, transmittance_at};
 
