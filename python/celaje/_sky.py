@@ -222,8 +222,8 @@ class Sky:
             1 to 1024; all cores by default.
         polarised : bool, optional
             True: Stokes vectors (I, Q, U, V), with the methods ``"path"`` and ``"shells"`` (V is 0; a sky with tables
-            needs polarised ones); see ``docs/conventions.md`` for their basis. False: scalar light. None (default):
-            ``"path"`` follows polarised light and tells its radiance, the others scalar light.
+            needs polarised ones); see ``docs/conventions.md`` for their basis. False: scalar light. None (default): the
+            radiance of light that is polarised on its way, where the method knows how.
         max_order : int, optional
             Count this many scatterings and reflections only; 1 is single scattering.
         sun_disc : str
@@ -349,7 +349,7 @@ class Sky:
         highest_observer_m: float = 20_000.0,
         accuracy: str = "default",
         threads: int | None = None,
-        polarised: bool = False,
+        polarised: bool = True,
     ) -> Sky:
         """Solve this air and ground for many suns at once: the same sky, with tables.
 
@@ -366,8 +366,8 @@ class Sky:
         threads : int, optional
             1 to 1024; all cores by default.
         polarised : bool
-            Whether light is polarised on its way, for ``polarised=True`` of :meth:`radiance`; radiances of such tables
-            are those of polarised light.
+            Whether light is polarised on its way, which ``polarised=True`` of :meth:`radiance` needs; scalar light takes
+            half the time.
 
         Returns
         -------

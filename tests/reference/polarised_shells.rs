@@ -122,7 +122,6 @@ fn compare(name: &str, cells: &[Cell], slabs: Slabs, accuracy: Accuracy) -> [f64
             let ours = [film.radiance[at], q.mean[at], u.mean[at]];
             for (c, (ours, theirs)) in ours.into_iter().zip(cell.stokes).enumerate() {
                 let off = (std::f64::consts::PI * f64::from(ours) - theirs) / cell.stokes[0];
-                if c == 0 && cell.case.0 == 2.0 { println!("{} {} {off:+.4}", cell.up, cell.mu); }
                 one.squares[c] += off * off;
                 one.worst = one.worst.max(off.abs());
             }
@@ -154,11 +153,17 @@ fn slabs_by_shells() {
     }
 }
 
+/// Expected: in the 20 cells of the thick slab Q and U within 0.5 % of I, but I within 3 % only: plane air has grazing rays of unlimited
+/// optical depth, which the solver cuts into 12 parts at most between two levels (with 96 parts half of the difference goes), and
+/// thick air wants more heights. Scalar light has the same error; on a round Earth optical depths are smaller.
 #[test]
 fn a_thick_slab_by_shells() {
-    for accuracy in [Accuracy::Preview, Accuracy::Default, Accuracy::High] {
-        let cells = natraj_hovenier_2012();
-        let name = format!("Natraj & Hovenier 2012, {}", accuracy.name());
-        let rms = compare(&name, &cells, rayleigh_slabs, accuracy);
-    }
+    let cells = natraj_hovenier_2012();
+    let [i, q, u] = compare(
+        "Natraj & Hovenier 2012",
+        &cells,
+        rayleigh_slabs,
+        Accuracy::Default,
+    );
+    assert!(i < 0.03 && q < 5e-3 && u < 5e-3, "{i} {q} {u}");
 }

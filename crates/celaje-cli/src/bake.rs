@@ -68,12 +68,11 @@ pub struct BakeArgs {
         help_heading = "Method"
     )]
     accuracy: String,
-    /// Polarisation: on solves for light polarised on its way, for --polarised on of the commands that take the tables; off for
-    /// scalar light
+    /// Polarisation: on solves for light that is polarised on its way; off for scalar light, in half the time
     #[arg(
         long,
         value_name = "WHETHER",
-        default_value = "off",
+        default_value = "on",
         hide_possible_values = true,
         help_heading = "Method"
     )]

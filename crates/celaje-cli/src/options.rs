@@ -107,8 +107,8 @@ pub struct MethodOptions {
     /// Count this many scatterings and reflections only [default: all]
     #[arg(long, value_name = "N")]
     max_order: Option<u32>,
-    /// Polarisation: on writes Q, U, V beside the radiance (path, shells); off follows scalar light [default: path follows
-    /// polarised light and writes its radiance, the others scalar light]
+    /// Polarisation: on writes Q, U, V beside the radiance (path, shells); off follows scalar light [default: light is
+    /// polarised on its way where the method knows how, and the radiance written]
     #[arg(long, value_name = "WHETHER", hide_possible_values = true)]
     polarised: Option<Switch>,
     /// Seed: the same gives the same values, on any number of threads
@@ -322,7 +322,7 @@ impl Plan {
             sun_elevation_deg: (elevation(f64::min), elevation(f64::max)),
             highest_observer_m: self.options.altitude_m.unwrap_or(sky.ground_altitude_m()),
             accuracy: self.options.accuracy,
-            polarised: self.options.polarised == Polarised::Stokes,
+            polarised: self.options.polarised != Polarised::Off,
         };
         Ok(interrupt::stoppable(|flag| sky.baked(&options, flag))?)
     }

@@ -257,7 +257,7 @@ pub fn metadata(plan: &Plan, sky: &Sky, sensor: &dyn Sensor) -> Vec<(String, Str
     if matches!(options.method, Method::Path | Method::Shells) {
         let polarised = match options.polarised {
             Polarised::Off => "off",
-            Polarised::Radiance if options.method == Method::Shells => "off",
+            Polarised::Radiance if sky.tables.as_ref().is_some_and(|t| !t.polarised()) => "off",
             Polarised::Radiance => "radiance",
             Polarised::Stokes => "on",
         };

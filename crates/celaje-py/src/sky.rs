@@ -285,7 +285,7 @@ impl Sky {
     }
 
     /// The same sky with tables for suns of a range of elevations \[deg\].
-    #[pyo3(signature = (sun_elevation_deg, highest_observer_m, accuracy, threads, polarised=false))]
+    #[pyo3(signature = (sun_elevation_deg, highest_observer_m, accuracy, threads, polarised=true))]
     fn bake(
         &self,
         py: Python<'_>,

@@ -38,7 +38,7 @@ impl Default for BakeOptions {
             accuracy: Accuracy::Default,
             sun_elevation_deg: (-18.0, 90.0),
             highest_observer_m: 20_000.0,
-            polarised: false,
+            polarised: true,
         }
     }
 }
@@ -271,7 +271,7 @@ mod tests {
             accuracy: Accuracy::Preview,
             sun_elevation_deg: (-4.0, 12.0),
             highest_observer_m: 5000.0,
-            polarised: false,
+            polarised: true,
         };
         sky.baked(&options, &AtomicBool::new(false)).unwrap()
     }

@@ -393,12 +393,12 @@ impl Sky {
             }
         }
         let integrator: &dyn Integrator<LayeredMedium> = match options.method {
-            Method::Shells if stokes => &PolarisedShells {
+            Method::Shells if scalar => &Shells {
+                accuracy: options.accuracy,
+            },
+            Method::Shells => &PolarisedShells {
                 accuracy: options.accuracy,
                 stokes,
-            },
-            Method::Shells => &Shells {
-                accuracy: options.accuracy,
             },
             Method::Path if scalar => &Path,
             Method::Path => &polarised_path,

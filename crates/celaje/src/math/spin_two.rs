@@ -7,7 +7,7 @@
 /// `d^l_0,±2 = √((l − 2)!/(l + 2)!) P_l^2 ≥ 0` about the pole, and `d^l_2,2(1) = 1`. Norm: `∫ d² dx = 2/(2l + 1)`.
 ///
 /// # Source
-/// Varshalovich et al. 1988, Quantum Theory of Angular Momentum, 4.8.1.
+/// Varshalovich et al. 1988, Quantum Theory of Angular Momentum, section 4.8.
 #[derive(Debug, Clone)]
 pub struct SpinTwo {
     m: usize,

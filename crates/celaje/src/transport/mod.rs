@@ -4,6 +4,8 @@
 //! |---|---|---|
 //! | [`Path`] | concentric shells | the reference: every collision forced, transmittances from tables of columns |
 //! | [`PolarisedPath`] | concentric shells | the same paths with all four Stokes components |
+//! | [`Shells`] | concentric shells | orders of scattering on harmonic moments, without noise |
+//! | [`PolarisedShells`] | concentric shells | the same with harmonics of Q and U |
 //! | [`Tracker`] | any | plain delta and ratio tracking, all wavelengths on one path: the oracle of [`Path`] |
 //! | [`Classic`] | any | textbook, one wavelength at a time: the oracle of both, and the yardstick of the benchmarks |
 

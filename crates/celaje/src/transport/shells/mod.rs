@@ -7,6 +7,8 @@
 //! 3. A pixel is a line integral: single scattering with the true phase functions at every wavelength, in the scaled
 //!    medium (Nakajima & Tanaka 1988, doi:10.1016/0022-4073(88)90031-3), plus the solved source (`gather.rs`).
 //!
+//! Polarised light ([`PolarisedShells`]) has moments of Q and U beside those of the radiance (`spin.rs`).
+//!
 //! One set of tables (`tables.rs`) serves every view and altitude, and every sun in its range of zenith angles.
 
 mod along;
