@@ -131,6 +131,7 @@ class Sky:
         highest_observer_m: float,
         accuracy: str,
         threads: int | None,
+        polarised: bool = True,
     ) -> Sky: ...
     def under(self, azimuth_deg: float, elevation_deg: float, distance_au: float) -> Sky: ...
     @property

@@ -221,9 +221,9 @@ class Sky:
         threads : int, optional
             1 to 1024; all cores by default.
         polarised : bool, optional
-            True: Stokes vectors (I, Q, U, V), with the method ``"path"`` only; see ``docs/conventions.md`` for their
-            basis. False: scalar light. None (default): the radiance of light that is polarised on its way, where the
-            method knows how.
+            True: Stokes vectors (I, Q, U, V), with the methods ``"path"`` and ``"shells"`` (V is 0; a sky with tables
+            needs polarised ones); see ``docs/conventions.md`` for their basis. False: scalar light. None (default): the
+            radiance of light that is polarised on its way, where the method knows how.
         max_order : int, optional
             Count this many scatterings and reflections only; 1 is single scattering.
         sun_disc : str
@@ -349,6 +349,7 @@ class Sky:
         highest_observer_m: float = 20_000.0,
         accuracy: str = "default",
         threads: int | None = None,
+        polarised: bool = True,
     ) -> Sky:
         """Solve this air and ground for many suns at once: the same sky, with tables.
 
@@ -364,6 +365,9 @@ class Sky:
             ``"preview"``, ``"default"`` or ``"high"``.
         threads : int, optional
             1 to 1024; all cores by default.
+        polarised : bool
+            Whether light is polarised on its way, which ``polarised=True`` of :meth:`radiance` needs; scalar light takes
+            half the time.
 
         Returns
         -------
@@ -384,6 +388,7 @@ class Sky:
             float(highest_observer_m),
             accuracy,
             read_threads(threads),
+            polarised,
         )
         return self._with(raw, self._conditions)
 

@@ -50,6 +50,20 @@ def test_suns_and_directions_in_one_call(baked: celaje.Sky) -> None:
         np.testing.assert_array_equal(seen, single.radiance)
 
 
+def test_tables_are_polarised_or_say_so(baked: celaje.Sky) -> None:
+    """Q and U come from the same tables as the radiance; tables of scalar light tell none."""
+    plain, full = baked.radiance(*LOOKS), baked.radiance(*LOOKS, polarised=True)
+    assert full.radiance.shape == (3, 3, 4)
+    np.testing.assert_allclose(full.radiance[..., 0], plain.radiance, rtol=1e-6)
+    i, q, u, v = np.moveaxis(full.radiance, -1, 0)
+    assert (np.hypot(q, u)[2] > 0.3 * i[2]).all()
+    assert (v == 0).all()
+    scalar = baked.bake((9, 11), accuracy="preview", polarised=False)
+    assert (scalar.radiance(*LOOKS).radiance != plain.radiance).all()
+    with pytest.raises(celaje.InvalidInputError, match="scalar light"):
+        scalar.radiance(*LOOKS, polarised=True)
+
+
 def test_a_tilted_plane(baked: celaje.Sky) -> None:
     """Direct light follows the cosine; shells agrees with path on the diffuse light, ground included."""
     level = baked.irradiance()

@@ -158,6 +158,9 @@ def test_stokes_vectors() -> None:
     assert np.array_equal(plain.radiance, full.radiance[..., 0])
     scalar = sky.radiance([0.0, 0.0], [60.0, 20.0], spp=256, polarised=False)
     assert not np.array_equal(scalar.radiance, plain.radiance)
+    shells = sky.radiance([0.0, 0.0], [60.0, 20.0], method="shells", polarised=True).radiance
+    assert np.abs(shells - full.radiance).max() < 0.05 * full.radiance[..., 0].max()
+    assert (np.abs(shells[..., 2]) < 1e-4 * shells[..., 0]).all()
 
 
 def test_a_matrix_of_ones_own() -> None:

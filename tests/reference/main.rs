@@ -5,4 +5,5 @@ mod support;
 
 mod adams_kattawar;
 mod peer_scene;
+mod polarised_shells;
 mod polarised_slabs;

@@ -29,20 +29,20 @@ type Slabs = fn(&[f64]) -> LayeredMedium;
 
 /// A published value, in our signs.
 #[derive(Clone, Copy)]
-struct Cell {
-    up: bool,
+pub struct Cell {
+    pub up: bool,
     /// Optical thickness of a Rayleigh slab and albedo below it; wavelength \[nm\] and albedo of the one with spheres.
-    case: (f64, f64),
-    mu0: f64,
-    mu: f64,
+    pub case: (f64, f64),
+    pub mu0: f64,
+    pub mu: f64,
     phi_deg: f64,
     /// I, Q, U as π L / E0.
-    stokes: [f64; 3],
+    pub stokes: [f64; 3],
 }
 
 impl Cell {
     /// The beam travels towards +x; the table's azimuth is anticlockwise from there.
-    fn look(&self) -> Vec3 {
+    pub fn look(&self) -> Vec3 {
         // Straight up or down, the meridian plane is that of the azimuth: a trace of slope keeps it.
         let sin = (1.0 - self.mu * self.mu).sqrt().max(1e-9);
         let (sin_phi, cos_phi) = self.phi_deg.to_radians().sin_cos();
@@ -55,7 +55,7 @@ fn number(field: &str) -> f64 {
     field.parse().unwrap()
 }
 
-fn natraj_2009() -> Vec<Cell> {
+pub fn natraj_2009() -> Vec<Cell> {
     let cell = |r: Vec<&str>| Cell {
         up: r[0] == "UP",
         case: (number(r[1]), number(r[2])),
@@ -67,7 +67,7 @@ fn natraj_2009() -> Vec<Cell> {
     csv_rows(NATRAJ_2009).into_iter().map(cell).collect()
 }
 
-fn natraj_hovenier_2012() -> Vec<Cell> {
+pub fn natraj_hovenier_2012() -> Vec<Cell> {
     let cell = |r: Vec<&str>| Cell {
         up: r[0] == "UP",
         case: (2.0, 0.25),
@@ -82,7 +82,7 @@ fn natraj_hovenier_2012() -> Vec<Cell> {
         .collect()
 }
 
-fn small_spheres() -> Vec<Cell> {
+pub fn small_spheres() -> Vec<Cell> {
     let cell = |r: Vec<&str>| Cell {
         up: r[0] == "UP",
         case: (number(r[1]), 0.2),
@@ -94,9 +94,12 @@ fn small_spheres() -> Vec<Cell> {
     csv_rows(SMALL_SPHERES).into_iter().map(cell).collect()
 }
 
+/// Optical thickness of the air and of the spheres of `make_polarised_slab_mie.py`.
+pub const TAU_AIR_AND_SPHERES: (f64, f64) = (0.15, 0.35);
+
 /// The slab of `make_polarised_slab_mie.py`, with the spheres of our own Mie solver.
 fn slab_with_spheres(wavelength_nm: &[f64]) -> LayeredMedium {
-    let (tau_air, tau_spheres) = (0.15, 0.35);
+    let (tau_air, tau_spheres) = TAU_AIR_AND_SPHERES;
     let altitude_m: Vec<f64> = (0..=10)
         .map(|i| THICKNESS_M * f64::from(i) / 10.0)
         .collect();
@@ -106,6 +109,18 @@ fn slab_with_spheres(wavelength_nm: &[f64]) -> LayeredMedium {
     let rayleigh = Phase::rayleigh(&vec![0.0; w]).unwrap();
     medium.add(&air, &vec![0.0; n * w], rayleigh).unwrap();
 
+    let (phase, albedo) = spheres(wavelength_nm);
+    let sigma = tau_spheres / THICKNESS_M;
+    let sigma_s: Vec<f64> = albedo.iter().map(|a| sigma * a).collect();
+    let sigma_a: Vec<f64> = sigma_s.iter().map(|s| sigma - s).collect();
+    medium
+        .add(&sigma_s.repeat(n), &sigma_a.repeat(n), phase)
+        .unwrap();
+    medium
+}
+
+/// The matrices of the spheres and their single-scattering albedo.
+pub fn spheres(wavelength_nm: &[f64]) -> (Phase, Vec<f64>) {
     let size = SizeDistribution::lognormal(0.15, 1.5).unwrap();
     let angles = AngleGrid::default();
     let optics: Vec<_> = wavelength_nm
@@ -123,13 +138,7 @@ fn slab_with_spheres(wavelength_nm: &[f64]) -> LayeredMedium {
         &element(|m| &m.f34),
     )
     .unwrap();
-    let sigma = tau_spheres / THICKNESS_M;
-    let sigma_s: Vec<f64> = optics.iter().map(|o| sigma * o.xs_sca / o.xs_ext).collect();
-    let sigma_a: Vec<f64> = sigma_s.iter().map(|s| sigma - s).collect();
-    medium
-        .add(&sigma_s.repeat(n), &sigma_a.repeat(n), phase)
-        .unwrap();
-    medium
+    (phase, optics.iter().map(|o| o.xs_sca / o.xs_ext).collect())
 }
 
 /// Slabs of several optical thicknesses, one at each wavelength.
@@ -150,15 +159,15 @@ fn rayleigh_slabs(tau: &[f64]) -> LayeredMedium {
 
 /// Differences ours − theirs over their I, root mean square over cells, for I, Q, U; and the same of our standard errors.
 #[derive(Default)]
-struct Deviation {
-    cells: f64,
-    squares: [f64; 3],
+pub struct Deviation {
+    pub cells: f64,
+    pub squares: [f64; 3],
     noise: [f64; 3],
-    worst: f64,
+    pub worst: f64,
 }
 
 impl Deviation {
-    fn print(&self, name: &str) -> ([f64; 3], [f64; 3]) {
+    pub fn print(&self, name: &str) -> ([f64; 3], [f64; 3]) {
         let rms = self.squares.map(|s| (s / self.cells).sqrt());
         let noise = self.noise.map(|s| (s / self.cells).sqrt());
         println!(

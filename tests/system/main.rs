@@ -6,6 +6,7 @@ mod support;
 mod energy;
 mod gridded;
 mod polarisation;
+mod polarised_shells;
 mod reproducibility;
 mod scenes;
 mod shells;

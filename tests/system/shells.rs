@@ -103,6 +103,7 @@ fn solve(medium: &LayeredMedium, albedo: f64, elevation_deg: (f64, f64)) -> Tabl
         highest_observer_m: medium.top_radius_m(),
         sun_angular_radius_deg: 0.27,
         max_order: None,
+        polarised: false,
     };
     Tables::solve(medium, &[albedo; 4], &options, &AtomicBool::new(false)).unwrap()
 }

@@ -13,7 +13,7 @@ use clap::Args;
 
 use crate::failure::Failure;
 use crate::interrupt;
-use crate::options::{Air, Plan, WhereWhen};
+use crate::options::{Air, Plan, Switch, WhereWhen};
 use crate::render::no_output;
 
 /// Solve an atmosphere for every sun and keep the tables in a file
@@ -68,6 +68,15 @@ pub struct BakeArgs {
         help_heading = "Method"
     )]
     accuracy: String,
+    /// Polarisation: on solves for light that is polarised on its way; off for scalar light, in half the time
+    #[arg(
+        long,
+        value_name = "WHETHER",
+        default_value = "on",
+        hide_possible_values = true,
+        help_heading = "Method"
+    )]
+    polarised: Switch,
 }
 
 /// Checks everything, solves, writes the file.
@@ -90,6 +99,7 @@ pub fn run(args: &BakeArgs) -> Result<(), Failure> {
         accuracy: Accuracy::named(&args.accuracy)?,
         sun_elevation_deg: (lowest, highest),
         highest_observer_m: args.highest_observer,
+        polarised: args.polarised == Switch::On,
     };
     check_writable(path)?;
     interrupt::set_targets(std::slice::from_ref(path));
@@ -104,6 +114,8 @@ pub fn run(args: &BakeArgs) -> Result<(), Failure> {
         "highest_observer_m".to_owned(),
         options.highest_observer_m.to_string(),
     ));
+    let polarised = if options.polarised { "on" } else { "off" };
+    origin.push(("tables_polarised".to_owned(), polarised.to_owned()));
     interrupt::check()?;
     baked.save_tables(path, &origin)?;
     let size = std::fs::metadata(path).map_or(0, |m| m.len());

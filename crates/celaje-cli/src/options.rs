@@ -107,7 +107,7 @@ pub struct MethodOptions {
     /// Count this many scatterings and reflections only [default: all]
     #[arg(long, value_name = "N")]
     max_order: Option<u32>,
-    /// Polarisation: on writes Q, U, V beside the radiance (path only); off follows scalar light [default: light is
+    /// Polarisation: on writes Q, U, V beside the radiance (path, shells); off follows scalar light [default: light is
     /// polarised on its way where the method knows how, and the radiance written]
     #[arg(long, value_name = "WHETHER", hide_possible_values = true)]
     polarised: Option<Switch>,
@@ -202,15 +202,14 @@ impl Plan {
         let spp = method.spp.unwrap_or(default_spp);
         check_range("spp", spp as f64, "", 1.0..=f64::from(u32::MAX))?;
         // Who asks for a number of paths, or for what only paths have, wants paths.
-        let default_method =
-            if method.spp.is_some() || open_ended || method.polarised == Some(Switch::On) {
-                Method::Path
-            } else if baked.is_some() {
-                // Who gives tables wants them used.
-                Method::Shells
-            } else {
-                default.0
-            };
+        let default_method = if method.spp.is_some() || open_ended {
+            Method::Path
+        } else if baked.is_some() {
+            // Who gives tables wants them used.
+            Method::Shells
+        } else {
+            default.0
+        };
         let solver = method.method.as_deref();
         let solver = solver.map_or(Ok(default_method), Method::named)?;
         if open_ended && solver == Method::Shells {
@@ -323,6 +322,7 @@ impl Plan {
             sun_elevation_deg: (elevation(f64::min), elevation(f64::max)),
             highest_observer_m: self.options.altitude_m.unwrap_or(sky.ground_altitude_m()),
             accuracy: self.options.accuracy,
+            polarised: self.options.polarised != Polarised::Off,
         };
         Ok(interrupt::stoppable(|flag| sky.baked(&options, flag))?)
     }

@@ -254,9 +254,10 @@ pub fn metadata(plan: &Plan, sky: &Sky, sensor: &dyn Sensor) -> Vec<(String, Str
     if let Some(limit) = plan.goal.time_limit {
         add("time_limit", format!("{} s", limit.as_secs_f64()));
     }
-    if options.method == Method::Path {
+    if matches!(options.method, Method::Path | Method::Shells) {
         let polarised = match options.polarised {
             Polarised::Off => "off",
+            Polarised::Radiance if sky.tables.as_ref().is_some_and(|t| !t.polarised()) => "off",
             Polarised::Radiance => "radiance",
             Polarised::Stokes => "on",
         };

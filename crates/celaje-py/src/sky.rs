@@ -285,7 +285,7 @@ impl Sky {
     }
 
     /// The same sky with tables for suns of a range of elevations \[deg\].
-    #[pyo3(signature = (sun_elevation_deg, highest_observer_m, accuracy, threads))]
+    #[pyo3(signature = (sun_elevation_deg, highest_observer_m, accuracy, threads, polarised=true))]
     fn bake(
         &self,
         py: Python<'_>,
@@ -293,11 +293,13 @@ impl Sky {
         highest_observer_m: f64,
         accuracy: &str,
         threads: Option<usize>,
+        polarised: bool,
     ) -> Outcome<Self> {
         let options = BakeOptions {
             accuracy: Accuracy::named(accuracy)?,
             sun_elevation_deg,
             highest_observer_m,
+            polarised,
         };
         let inner = interruptible(py, threads, |cancel| self.inner.baked(&options, cancel))?;
         Ok(Self { inner })

@@ -27,6 +27,8 @@ pub struct BakeOptions {
     pub sun_elevation_deg: (f64, f64),
     /// The highest observer above sea level \[m\].
     pub highest_observer_m: f64,
+    /// Whether light is polarised on its way, or a scalar.
+    pub polarised: bool,
 }
 
 impl Default for BakeOptions {
@@ -36,6 +38,7 @@ impl Default for BakeOptions {
             accuracy: Accuracy::Default,
             sun_elevation_deg: (-18.0, 90.0),
             highest_observer_m: 20_000.0,
+            polarised: true,
         }
     }
 }
@@ -66,6 +69,7 @@ impl Sky {
                 highest_observer_m: self.medium.ground_radius_m() + (top_m - ground_m),
                 sun_angular_radius_deg: self.sun.angular_radius_rad().to_degrees(),
                 max_order: None,
+                polarised: options.polarised,
             },
             cancel,
         )?;
@@ -165,6 +169,7 @@ impl Sky {
             w.f64s(&solution.radius_m);
             w.f64s(&solution.sun_zenith_deg);
             w.count(solution.degree);
+            w.count(solution.polarised_degree);
             w.counts(&solution.chosen);
             w.f32s(&solution.moments);
             w.f32s(&solution.flux);
@@ -225,6 +230,7 @@ fn decode_solution(r: &mut ByteReader<'_>) -> Result<Solution> {
         radius_m: r.f64s()?,
         sun_zenith_deg: r.f64s()?,
         degree: r.count()?,
+        polarised_degree: r.count()?,
         chosen: r.counts()?,
         moments: r.f32s()?,
         flux: r.f32s()?,
@@ -265,6 +271,7 @@ mod tests {
             accuracy: Accuracy::Preview,
             sun_elevation_deg: (-4.0, 12.0),
             highest_observer_m: 5000.0,
+            polarised: true,
         };
         sky.baked(&options, &AtomicBool::new(false)).unwrap()
     }

@@ -221,6 +221,7 @@ mod tests {
             accuracy: Accuracy::Preview,
             sun_elevation_deg: (39.0, 41.0),
             highest_observer_m: 0.0,
+            polarised: true,
         };
         let mut wrong = sky.baked(&bake, &stop).unwrap();
         wrong.albedo = vec![0.9; 3];

@@ -19,7 +19,7 @@ use crate::sensor::Sensor;
 use crate::spectrum::{SolarSpectrum, WavelengthGrid};
 use crate::transport::{
     render_until, Accuracy, Budget, Classic, Control, Goal, Integrator, Observer, Outcome, Path,
-    PolarisedPath, Reins, Scene, Shells, SunLight, Tables, Tracker,
+    PolarisedPath, PolarisedShells, Reins, Scene, Shells, SunLight, Tables, Tracker,
 };
 
 /// Radius of sea level \[m\]; the atmosphere ends 100 km above it.
@@ -70,7 +70,7 @@ impl Method {
     /// # Errors
     /// [`Error::Invalid`] if Q, U and V are wanted of a method of scalar light.
     pub fn check_polarised(self, wanted: Polarised) -> Result<()> {
-        if wanted != Polarised::Stokes || self == Self::Path {
+        if wanted != Polarised::Stokes || matches!(self, Self::Path | Self::Shells) {
             return Ok(());
         }
         let name = Self::ALL.iter().find(|(m, ..)| *m == self);
@@ -79,7 +79,7 @@ impl Method {
                 "the method {} does not know the polarisation of light",
                 name.map_or("", |(_, name, _)| name)
             ),
-            "use the method path, or leave polarisation off",
+            "use the method shells or path, or leave polarisation off",
         ))
     }
 
@@ -377,20 +377,30 @@ impl Sky {
             progress,
         };
         options.method.check_polarised(options.polarised)?;
-        let polarised_path = PolarisedPath {
-            stokes: options.polarised == Polarised::Stokes,
-        };
+        let stokes = options.polarised == Polarised::Stokes;
+        let scalar = options.polarised == Polarised::Off;
+        let polarised_path = PolarisedPath { stokes };
         if let (Method::Shells, Some(tables), None) = (options.method, &self.tables, &self.cloud) {
-            // Tables hold all orders; any other number of them, apart from none and one, is solved anew.
-            if budget.max_order.is_none_or(|n| n < 2) {
-                return tables.render(&self.sun, &observer, sensor, &control);
+            // Tables hold all orders; any other number of them, apart from none and one, is solved anew. So is scalar light where
+            // they hold polarised light.
+            let all_or_none = budget.max_order.is_none_or(|n| n < 2);
+            if all_or_none && !(scalar && tables.polarised()) {
+                return if stokes {
+                    tables.render_stokes(&self.sun, &observer, sensor, &control)
+                } else {
+                    tables.render(&self.sun, &observer, sensor, &control)
+                };
             }
         }
         let integrator: &dyn Integrator<LayeredMedium> = match options.method {
-            Method::Shells => &Shells {
+            Method::Shells if scalar => &Shells {
                 accuracy: options.accuracy,
             },
-            Method::Path if options.polarised == Polarised::Off => &Path,
+            Method::Shells => &PolarisedShells {
+                accuracy: options.accuracy,
+                stokes,
+            },
+            Method::Path if scalar => &Path,
             Method::Path => &polarised_path,
             Method::Tracker => &Tracker,
             Method::Classic => &Classic,

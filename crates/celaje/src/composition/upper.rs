@@ -149,7 +149,7 @@ impl Stratosphere {
 #[non_exhaustive]
 pub enum Mesosphere {
     /// Meteoric dust from 30 to 100 km (LOWTRAN, normal years): far more of it than satellites find, and enough to make deep twilight
-    /// up to twice as bright as it is measured (`docs/decisions/0013`).
+    /// up to twice as bright as it is measured (`docs/decisions/0014`).
     Dust,
     /// A layer of ice at 83 km, a noctilucent cloud that covers the whole sky.
     Ice,

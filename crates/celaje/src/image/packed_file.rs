@@ -25,7 +25,7 @@ use crate::error::Result;
 /// The first bytes: the high bit and the line feed do not survive a transfer as text.
 const MAGIC: [u8; 8] = *b"\x89celaje\n";
 /// Version of the layout, of this header and of what is inside.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 const HEADER: usize = 32;
 /// The most that a file may unpack to \[bytes\]; ours are some ten million.
 const MOST_UNPACKED: u64 = 4 << 30;

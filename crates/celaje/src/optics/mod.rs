@@ -14,6 +14,7 @@ mod lognormal;
 mod mie;
 mod mie_kernel;
 mod mueller;
+mod mueller_moments;
 pub mod tables;
 
 pub use aerosol::{

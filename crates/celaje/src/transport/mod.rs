@@ -4,6 +4,8 @@
 //! |---|---|---|
 //! | [`Path`] | concentric shells | the reference: every collision forced, transmittances from tables of columns |
 //! | [`PolarisedPath`] | concentric shells | the same paths with all four Stokes components |
+//! | [`Shells`] | concentric shells | orders of scattering on harmonic moments, without noise |
+//! | [`PolarisedShells`] | concentric shells | the same with harmonics of Q and U |
 //! | [`Tracker`] | any | plain delta and ratio tracking, all wavelengths on one path: the oracle of [`Path`] |
 //! | [`Classic`] | any | textbook, one wavelength at a time: the oracle of both, and the yardstick of the benchmarks |
 
@@ -28,7 +30,7 @@ pub use goal::{render_until, Goal, Keep, Look, Outcome, Partial, Reins, MOST_PAT
 pub use path::{Path, PolarisedPath, UnguidedPath};
 pub use render::{Budget, Control, Observer};
 pub use scene::{Scene, SunLight};
-pub use shells::{Accuracy, Shells, Solution, Tables, TablesOptions};
+pub use shells::{Accuracy, PolarisedShells, Shells, Solution, Tables, TablesOptions};
 pub use tracker::Tracker;
 pub use tracking::{free_path, transmittance, transmittance_at};
 

@@ -4,10 +4,11 @@
 //! source is first summed over the degrees of its harmonics at each point and sun node; what is left for each sun and azimuth
 //! is a short sum over orders, `Σ_m cos mφ' S_m`, and the interpolation between suns.
 
-use super::field::{Field, SunPlace};
+use super::field::{Field, Scattering, SunPlace};
 use super::harmonics::{self, Harmonics};
 use super::march::{March, Step};
 use super::scaled::{cos_azimuth, Scaled};
+use super::spin::{self, Spin};
 use crate::math::lanes;
 use crate::medium::Medium;
 
@@ -38,17 +39,40 @@ impl Stand {
     }
 }
 
+/// The harmonics of a solution.
+#[derive(Debug, Clone)]
+pub struct Bases {
+    pub radiance: Harmonics,
+    pub polarisation: Spin,
+}
+
+impl Bases {
+    /// * `polarised_degree` — 0 for scalar light
+    pub fn new(degree: usize, polarised_degree: usize) -> Self {
+        Self {
+            radiance: Harmonics::new(degree),
+            polarisation: Spin::new(polarised_degree),
+        }
+    }
+}
+
 /// Memory of one thread.
 #[derive(Debug, Default)]
 pub struct Along {
     /// Coefficients at a point times the weight of the step.
     coefficients: Vec<f32>,
     polar: Vec<f32>,
-    /// `S_m` of a point, shape (sun node, degree + 1, lanes), and the logarithms of their references.
+    /// The same of polarisation: b, e, h and `W`, `X`.
+    polarising: Vec<f32>,
+    w: Vec<f32>,
+    x: Vec<f32>,
+    /// `S_m` of a point, of the radiance and, if wanted, of Q and U, shape (sun node, orders, lanes), and the logarithms of their
+    /// references.
     by_order: Vec<f32>,
     logs: Vec<f32>,
     places: Vec<(SunPlace, f32)>,
     cosines: Vec<f32>,
+    sines: Vec<f32>,
     ground: Vec<f32>,
 }
 
@@ -56,11 +80,11 @@ impl Along {
     /// Adds the light that a field scatters towards the observer, and that its ground reflects, along the ray cut last.
     ///
     /// * `albedo` — of the ground, one row
-    /// * `out` — shape (target, lanes)
+    /// * `out` — shape (target, components, lanes), 1 component for the radiance, 3 for I, Q, U
     #[inline(always)]
     pub fn add_scattered(
         &mut self,
-        (field, scaled, harmonics): (&Field, &Scaled, &Harmonics),
+        (field, scaled, bases): (&Field, &Scaled, &Bases),
         albedo: &[f32],
         march: &March,
         stand: Stand,
@@ -68,9 +92,19 @@ impl Along {
         out: &mut [f32],
     ) {
         let n = scaled.medium.lanes();
+        let stride = out.len() / targets.len();
+        let stokes = stride > n;
         self.coefficients.resize((scaled.degree + 1) * n, 0.0);
         self.polar.resize(harmonics::count(scaled.degree), 0.0);
         self.cosines.resize(scaled.degree + 1, 0.0);
+        let polarised = scaled.polarised_degree > 0;
+        if polarised {
+            self.polarising.resize(scaled.polarising_length(), 0.0);
+            let count = spin::count(scaled.polarised_degree);
+            self.w.resize(count, 0.0);
+            self.x.resize(count, 0.0);
+            self.sines.resize(scaled.polarised_degree + 1, 0.0);
+        }
         for (step, weights) in march.steps.iter().zip(march.weights.chunks_exact(n)) {
             let degree = scaled.coefficients_at(step.radius_m, &mut self.coefficients);
             for row in self.coefficients.chunks_exact_mut(n).take(degree + 1) {
@@ -78,10 +112,29 @@ impl Along {
                     *c *= w;
                 }
             }
-            harmonics.polar(degree, step.mu, &mut self.polar);
+            bases.radiance.polar(degree, step.mu, &mut self.polar);
+            let mut polarised_degree = 0;
+            if polarised {
+                polarised_degree = scaled.polarising_at(step.radius_m, &mut self.polarising);
+                let used = (polarised_degree - 1) * 3;
+                for row in self.polarising.chunks_exact_mut(n).take(used) {
+                    for (c, &w) in row.iter_mut().zip(weights) {
+                        *c *= w;
+                    }
+                }
+                if stokes {
+                    let (w, x) = (&mut self.w, &mut self.x);
+                    bases.polarisation.polar(step.mu, w, x);
+                }
+            }
+            let degrees = (degree, polarised_degree);
             let (first, last) = self.place(field, step, stand, targets);
-            self.scatter(field, step, degree, (first, last));
-            self.spread(first, degree, n, out);
+            self.scatter(field, step, degrees, stokes, (first, last));
+            let rows = orders(degrees, stokes) * n;
+            self.spread(first, degree, (n, rows, stride), out);
+            if stokes {
+                self.spread_polarisation(first, degrees, n, out);
+            }
         }
         if march.meets_ground {
             self.ground.resize(n, 0.0);
@@ -89,9 +142,9 @@ impl Along {
                 *g = a * t / std::f32::consts::PI;
             }
             let ground_m = scaled.medium.ground_radius_m();
-            for (target, out) in targets.iter().zip(out.chunks_exact_mut(n)) {
+            for (target, out) in targets.iter().zip(out.chunks_exact_mut(stride)) {
                 let place = field.sun_place(stand.mu_sun(target, march.length_m, ground_m));
-                field.add_flux(&place, &self.ground, out);
+                field.add_flux(&place, &self.ground, &mut out[..n]);
             }
         }
     }
@@ -124,31 +177,40 @@ impl Along {
         &mut self,
         field: &Field,
         step: &Step,
-        degree: usize,
+        degrees: (usize, usize),
+        stokes: bool,
         (first, last): (usize, usize),
     ) {
-        let rows = (degree + 1) * field.solution().lanes();
+        let rows = orders(degrees, stokes) * field.solution().lanes();
         self.by_order.resize(((last - first).max(4)) * rows, 0.0);
         self.logs.clear();
         self.logs.resize((last - first).max(4), 0.0);
         let height = field.height(step.radius_m);
         for (k, sun) in (first..last).enumerate() {
-            self.logs[k] = field.source_by_order(
-                height,
-                sun,
-                degree,
-                &self.coefficients,
-                &self.polar,
-                &mut self.by_order[k * rows..(k + 1) * rows],
-            );
+            let scattering = Scattering {
+                degree: degrees.0,
+                polarised_degree: degrees.1,
+                coefficients: &self.coefficients,
+                polar: &self.polar,
+                polarising: &self.polarising,
+                w: &self.w,
+                x: &self.x,
+            };
+            let out = &mut self.by_order[k * rows..(k + 1) * rows];
+            self.logs[k] = field.source_by_order(height, sun, &scattering, out);
         }
     }
 
-    /// Adds the source of a point to every target.
+    /// Adds the source of a point to every target. `rows` and `stride` are lengths of what a sun node and a target hold.
     #[inline(always)]
-    fn spread(&mut self, first: usize, degree: usize, n: usize, out: &mut [f32]) {
-        let rows = (degree + 1) * n;
-        for ((place, cos_phi), out) in self.places.iter().zip(out.chunks_exact_mut(n)) {
+    fn spread(
+        &mut self,
+        first: usize,
+        degree: usize,
+        (n, rows, stride): (usize, usize, usize),
+        out: &mut [f32],
+    ) {
+        for ((place, cos_phi), out) in self.places.iter().zip(out.chunks_exact_mut(stride)) {
             let at = place.first - first;
             let logs = &self.logs[at..at + 4];
             let w = place.weight;
@@ -180,5 +242,58 @@ impl Along {
                 }
             }
         }
+    }
+
+    /// Adds the Q and U of a point to every target.
+    #[inline(always)]
+    fn spread_polarisation(
+        &mut self,
+        first: usize,
+        (degree, most): (usize, usize),
+        n: usize,
+        out: &mut [f32],
+    ) {
+        let rows = orders((degree, most), true) * n;
+        let at_q = (degree + 1) * n;
+        let at_u = at_q + (most + 1) * n;
+        for ((place, cos_phi), out) in self.places.iter().zip(out.chunks_exact_mut(3 * n)) {
+            let at = place.first - first;
+            let logs = &self.logs[at..at + 4];
+            let w = place.weight;
+            let log = w[0] * logs[0] + w[1] * logs[1] + w[2] * logs[2] + w[3] * logs[3];
+            let w = w.map(|w| w * log.exp());
+            harmonics::cosines(*cos_phi, &mut self.cosines[..=most]);
+            spin::sines(*cos_phi, &mut self.sines[..=most]);
+            let (_, out) = out.split_at_mut(n);
+            let (out_q, out_u) = out.split_at_mut(n);
+            for block in (0..n).step_by(lanes::BLOCK) {
+                let (mut q, mut u) = ([0.0f32; lanes::BLOCK], [0.0f32; lanes::BLOCK]);
+                for (k, w) in w.into_iter().enumerate() {
+                    let node = (at + k) * rows + block;
+                    for m in 0..=most {
+                        let (c, s) = (w * self.cosines[m], w * self.sines[m]);
+                        let of_q = lanes::block(&self.by_order, node + at_q + m * n);
+                        let of_u = lanes::block(&self.by_order, node + at_u + m * n);
+                        for i in 0..lanes::BLOCK {
+                            q[i] += c * of_q[i];
+                            u[i] += s * of_u[i];
+                        }
+                    }
+                }
+                for i in 0..lanes::BLOCK {
+                    out_q[block + i] += q[i];
+                    out_u[block + i] += u[i];
+                }
+            }
+        }
+    }
+}
+
+/// Orders of a point's source: those of the radiance and, if wanted, of Q and U.
+fn orders((degree, polarised_degree): (usize, usize), stokes: bool) -> usize {
+    if stokes {
+        degree + 1 + 2 * (polarised_degree + 1)
+    } else {
+        degree + 1
     }
 }

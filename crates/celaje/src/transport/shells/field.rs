@@ -1,6 +1,6 @@
 //! Moments of the diffuse radiance over altitude and sun angle: what the solver solves for.
 
-use super::harmonics;
+use super::{harmonics, spin};
 use crate::error::{Error, Result};
 use crate::math::interp::{interval, Cubic};
 use crate::math::lanes;
@@ -17,10 +17,13 @@ pub struct Solution {
     pub sun_zenith_deg: Vec<f64>,
     /// Largest degree of the harmonics.
     pub degree: usize,
+    /// The same of the harmonics of polarisation, 2 to `degree`; 0 where light was taken as a scalar.
+    pub polarised_degree: usize,
     /// Which of the medium's wavelengths were solved, as indices, increasing, shape (c,).
     pub chosen: Vec<usize>,
-    /// Moments `M_lm = ∫ L Ŷ_lm dω` of the diffuse radiance \[1\], shape (a, s, (degree + 1)(degree + 2)/2, lanes), the
-    /// harmonics degree by degree, order from 0.
+    /// Moments `M_lm = ∫ L Ŷ_lm dω` of the diffuse radiance \[1\], the harmonics degree by degree, order from 0; after them, at each
+    /// node, the moments E and then B of its polarisation, degree by degree from 2, order from 0. With P the degree of
+    /// polarisation, shape (a, s, (degree + 1)(degree + 2)/2 \[+ (P + 1)(P + 2) − 6\], lanes).
     pub moments: Vec<f32>,
     /// Diffuse irradiance of the ground \[1\], shape (s, lanes).
     pub flux: Vec<f32>,
@@ -30,6 +33,11 @@ impl Solution {
     /// Length of a row.
     pub fn lanes(&self) -> usize {
         lanes::padded(self.chosen.len())
+    }
+
+    /// Moments of a node.
+    pub(super) fn moments_per_node(&self) -> usize {
+        harmonics::count(self.degree) + 2 * spin::count(self.polarised_degree)
     }
 
     /// Checks shapes, order and values against a medium of `wavelengths` wavelengths.
@@ -53,7 +61,16 @@ impl Solution {
                 format!("at most {} is known", Self::MAX_DEGREE),
             ));
         }
-        let expected = a * s * harmonics::count(self.degree) * n;
+        if self.polarised_degree == 1 || self.polarised_degree > self.degree {
+            return Err(Error::invalid(
+                format!(
+                    "a solution of degree {} and degree {} of polarisation",
+                    self.degree, self.polarised_degree
+                ),
+                "polarisation has degree 0, or 2 up to that of the radiance",
+            ));
+        }
+        let expected = a * s * self.moments_per_node() * n;
         if self.moments.len() != expected || self.flux.len() != s * n {
             return Err(Error::ShapeMismatch {
                 name: "moments and flux of a solution".into(),
@@ -89,6 +106,23 @@ pub struct Field {
     log_flux: Vec<f32>,
 }
 
+/// How a point scatters, and the harmonics of a ray there.
+pub struct Scattering<'a> {
+    /// Largest degree that matters.
+    pub degree: usize,
+    /// The same of polarisation, at most `degree`; 0 where light is a scalar.
+    pub polarised_degree: usize,
+    /// `c_l`, shape (degree + 1, lanes).
+    pub coefficients: &'a [f32],
+    /// `Ŷ_lm` without `cos mφ`.
+    pub polar: &'a [f32],
+    /// b, e, h of `Scaled::polarising_at`, shape (l from 2, 3, lanes).
+    pub polarising: &'a [f32],
+    /// `W_lm` and `X_lm` (see `spin.rs`).
+    pub w: &'a [f32],
+    pub x: &'a [f32],
+}
+
 /// Four nodes over the sun's zenith angle, and their weights.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct SunPlace {
@@ -119,7 +153,7 @@ impl Field {
         Self {
             lanes: n,
             suns: Cubic::new(&zenith),
-            log_reference: logs(&solution.moments, harmonics::count(solution.degree) * n),
+            log_reference: logs(&solution.moments, solution.moments_per_node() * n),
             log_flux: logs(&solution.flux, n),
             solution,
         }
@@ -147,23 +181,27 @@ impl Field {
     }
 
     /// The source at a height under one node's sun, by order m of its azimuth: `out[m] = Σ_l c_l Ŷ_lm M_lm`, divided by the
-    /// reference whose logarithm is returned.
+    /// reference whose logarithm is returned. Of polarised light, the light that polarisation adds to the radiance too, and Q and U
+    /// if there is room for them.
     ///
-    /// * `coefficients` — `c_l`, shape (degree + 1, lanes); `polar` — `Ŷ_lm` without `cos mφ`
-    /// * `out` — shape (degree + 1, lanes)
+    /// * `out` — shape (degree + 1, lanes); for Q and U (polarised_degree + 1, lanes) more, each
     #[inline(always)]
     pub fn source_by_order(
         &self,
         (a, f): (usize, f32),
         sun: usize,
-        degree: usize,
-        coefficients: &[f32],
-        polar: &[f32],
+        scattering: &Scattering<'_>,
         out: &mut [f32],
     ) -> f32 {
+        let &Scattering {
+            degree,
+            coefficients,
+            polar,
+            ..
+        } = scattering;
         let n = self.lanes;
         let suns = self.solution.sun_zenith_deg.len();
-        let stride = harmonics::count(self.solution.degree) * n;
+        let stride = self.solution.moments_per_node() * n;
         let used = harmonics::count(degree) * n;
         let (low, high) = (a * suns + sun, (a + 1) * suns + sun);
         let (log_low, log_high) = (self.log_reference[low], self.log_reference[high]);
@@ -187,7 +225,81 @@ impl Field {
                 out[m * n + block..m * n + block + lanes::BLOCK].copy_from_slice(&sum);
             }
         }
+        if scattering.polarised_degree > 0 {
+            let below = &self.solution.moments[low * stride..(low + 1) * stride];
+            let above = &self.solution.moments[high * stride..(high + 1) * stride];
+            let stokes = out.len() > (degree + 1) * n;
+            self.polarise(scattering, [(below, u), (above, v)], stokes, out);
+        }
         log_low + f * (log_high - log_low)
+    }
+
+    /// What polarisation adds to [`Field::source_by_order`], from the moments of two nodes and their weights; see `spin.rs`.
+    #[inline(always)]
+    fn polarise(
+        &self,
+        scattering: &Scattering<'_>,
+        [(below, u), (above, v)]: [(&[f32], f32); 2],
+        stokes: bool,
+        out: &mut [f32],
+    ) {
+        let &Scattering {
+            degree,
+            polarised_degree: most,
+            polar,
+            polarising,
+            ..
+        } = scattering;
+        let n = self.lanes;
+        let electric = harmonics::count(self.solution.degree);
+        let magnetic = electric + spin::count(self.solution.polarised_degree);
+        let (out_i, out_q_u) = out.split_at_mut((degree + 1) * n);
+        for block in (0..n).step_by(lanes::BLOCK) {
+            let moment = |k: usize| -> lanes::Block {
+                let (b, t) = (
+                    lanes::block(below, k * n + block),
+                    lanes::block(above, k * n + block),
+                );
+                lanes::each(|i| u * b[i] + v * t[i])
+            };
+            for m in 0..=most {
+                let (mut in_i, mut in_q, mut in_u) = (
+                    [0.0; lanes::BLOCK],
+                    [0.0; lanes::BLOCK],
+                    [0.0; lanes::BLOCK],
+                );
+                for l in m.max(2)..=most {
+                    let (k, s) = (harmonics::index(l, m), spin::index(l, m));
+                    let row = |c: usize| lanes::block(polarising, (3 * (l - 2) + c) * n + block);
+                    let (b, e, h) = (row(0), row(1), row(2));
+                    let in_e = moment(electric + s);
+                    let y = polar[k];
+                    for i in 0..lanes::BLOCK {
+                        in_i[i] += y * b[i] * in_e[i];
+                    }
+                    if !stokes {
+                        continue;
+                    }
+                    let (w, x) = (scattering.w[s], scattering.x[s]);
+                    let (of_i, of_b) = (moment(k), moment(magnetic + s));
+                    for i in 0..lanes::BLOCK {
+                        let to_e = b[i] * of_i[i] + e[i] * in_e[i];
+                        let to_b = h[i] * of_b[i];
+                        in_q[i] += w * to_e - x * to_b;
+                        in_u[i] += w * to_b - x * to_e;
+                    }
+                }
+                let at = m * n + block;
+                for (o, i) in out_i[at..at + lanes::BLOCK].iter_mut().zip(in_i) {
+                    *o += i;
+                }
+                if stokes {
+                    out_q_u[at..at + lanes::BLOCK].copy_from_slice(&in_q);
+                    let at = at + (most + 1) * n;
+                    out_q_u[at..at + lanes::BLOCK].copy_from_slice(&in_u);
+                }
+            }
+        }
     }
 
     /// `out += factor · diffuse irradiance` of the ground under a sun.

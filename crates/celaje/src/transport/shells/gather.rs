@@ -17,6 +17,7 @@ use crate::medium::{Medium, Ray, RayColumns};
 use crate::sensor::Sensor;
 use crate::transport::render::{Control, Observer};
 use crate::transport::scene::SunLight;
+use crate::transport::stokes::{across_meridian, Turn};
 
 /// Points across a pixel, each way, at which the sun's disc is looked for.
 const DISC_POINTS: usize = 6;
@@ -30,15 +31,38 @@ pub struct Gatherer<'a> {
     pub sun: &'a SunLight,
     /// Orders that are seen: 0, 1, or all of the tables.
     pub max_order: Option<u32>,
+    /// Whether Q and U are wanted beside the radiance.
+    pub stokes: bool,
 }
 
 impl<'a> Gatherer<'a> {
-    pub fn new(tables: &'a Tables, sun: &'a SunLight, max_order: Option<u32>) -> Self {
+    pub fn new(
+        tables: &'a Tables,
+        sun: &'a SunLight,
+        max_order: Option<u32>,
+        stokes: bool,
+    ) -> Self {
         Self {
             tables,
             sun,
             max_order,
+            stokes,
         }
+    }
+
+    /// Stokes components that are wanted.
+    pub fn components(&self) -> usize {
+        if self.stokes {
+            3
+        } else {
+            1
+        }
+    }
+
+    /// Length of what [`RayWorker::gather`] finds in one direction.
+    pub fn parts(&self) -> usize {
+        let medium = &self.tables.medium;
+        (medium.phases().len() + self.components()) * medium.lanes()
     }
 
     /// The film of a sensor.
@@ -51,7 +75,12 @@ impl<'a> Gatherer<'a> {
         let (width, height) = sensor.size();
         let nm = self.tables.medium.wavelength_nm();
         let w = nm.len();
-        let mut film = Film::new(width, height, nm)?;
+        let n = self.tables.medium.lanes();
+        let mut film = if self.stokes {
+            Film::new_polarised(width, height, nm)?
+        } else {
+            Film::new(width, height, nm)?
+        };
         let done = AtomicU64::new(0);
         let total = (width * height) as u64;
         let origin = Vec3::new(0.0, 0.0, observer.radius_m);
@@ -60,13 +89,12 @@ impl<'a> Gatherer<'a> {
         } else {
             None
         };
-        film.samples
-            .par_iter_mut()
-            .zip(film.radiance.par_chunks_mut(w))
+        film.pixels_mut()
+            .into_par_iter()
             .enumerate()
             .try_for_each_init(
                 || Worker::new(self),
-                |worker, (pixel, (samples, out))| {
+                |worker, (pixel, out)| {
                     if control.cancel.load(Ordering::Relaxed) {
                         return Err(Error::Interrupted);
                     }
@@ -80,8 +108,12 @@ impl<'a> Gatherer<'a> {
                         if observer.sun_disc {
                             worker.add_disc(&ray, |u, v| sensor.direction(column, row, u, v));
                         }
-                        out.copy_from_slice(&worker.radiance[..w]);
-                        *samples = 1;
+                        // V, the last component, stays 0.
+                        let found = worker.radiance.chunks_exact(n);
+                        for ((mean, _), found) in out.stokes.into_iter().zip(found) {
+                            mean.copy_from_slice(&found[..w]);
+                        }
+                        *out.samples = 1;
                     }
                     let so_far = done.fetch_add(1, Ordering::Relaxed) + 1;
                     (control.progress)(so_far, total);
@@ -111,6 +143,7 @@ impl<'a> Gatherer<'a> {
 pub struct Worker<'a> {
     gatherer: &'a Gatherer<'a>,
     rays: RayWorker<'a>,
+    /// The radiance and, if wanted, Q and U, shape (components, lanes).
     radiance: Vec<f32>,
     phases: Vec<f32>,
     /// What [`RayWorker::gather`] returns for one direction.
@@ -127,9 +160,9 @@ impl<'a> Worker<'a> {
         Self {
             gatherer,
             rays: RayWorker::new(gatherer),
-            radiance: vec![0.0; n],
+            radiance: vec![0.0; n * gatherer.components()],
             phases: vec![0.0; n * species],
-            parts: vec![0.0; n * (species + 1)],
+            parts: vec![0.0; gatherer.parts()],
             source: vec![0.0; n],
             beam: vec![0.0; n],
         }
@@ -176,37 +209,75 @@ impl Worker<'_> {
     #[inline(always)]
     fn gather(&mut self, ray: &Ray) {
         let g = self.gatherer;
+        let ray = Ray {
+            direction: self.with_a_meridian(ray.direction),
+            ..*ray
+        };
         let target = Target {
             cos_sun: g.sun.direction.z,
             cos_theta: ray.direction.dot(g.sun.direction),
         };
-        self.rays.gather(ray, &[target], &mut self.parts);
+        self.rays.gather(&ray, &[target], &mut self.parts);
         self.combine(ray.direction);
     }
 
     /// The same, interpolated on a grid.
     #[inline(always)]
     fn look_up(&mut self, grid: &SkyGrid, direction: Vec3) {
+        let direction = self.with_a_meridian(direction);
         grid.interpolate(direction, &mut self.parts);
         self.combine(direction);
+    }
+
+    /// A direction with a vertical plane of its own, if polarisation is wanted: straight up or down it is that of the azimuth as
+    /// far as there is one, else of north and south.
+    #[inline(always)]
+    fn with_a_meridian(&self, direction: Vec3) -> Vec3 {
+        /// Slope at which the azimuth from the sun keeps its digits \[rad\].
+        const SLOPE: f64 = 1e-4;
+        let across = direction.x.hypot(direction.y);
+        if !self.gatherer.stokes || across >= SLOPE {
+            return direction;
+        }
+        let (x, y) = if across > 0.0 {
+            (direction.x / across, direction.y / across)
+        } else {
+            (0.0, 1.0)
+        };
+        Vec3::new(SLOPE * x, SLOPE * y, direction.z).normalized()
     }
 
     /// The radiance from its parts: `Σ_k p_k(Θ) J_k`, and all that is smooth.
     #[inline(always)]
     fn combine(&mut self, direction: Vec3) {
         let g = self.gatherer;
-        let n = self.radiance.len();
         let medium = &g.tables.medium;
+        let n = medium.lanes();
+        let (radiance, q_u) = self.radiance.split_at_mut(n);
         let cos_theta = direction.dot(g.sun.direction);
         for (row, phase) in self.phases.chunks_exact_mut(n).zip(medium.phases()) {
             phase.eval(cos_theta, row);
         }
-        combine(
-            &self.phases,
-            &self.parts,
-            &g.sun.irradiance,
-            &mut self.radiance,
-        );
+        combine(&self.phases, &self.parts, &g.sun.irradiance, radiance);
+        if !g.stokes {
+            return;
+        }
+        // What is scattered once is polarised along the plane of view and sun or across it.
+        let (q, u) = q_u.split_at_mut(n);
+        self.beam.fill(0.0);
+        for (phase, single) in medium.phases().iter().zip(self.parts.chunks_exact(n)) {
+            phase.add_f12(cos_theta, single, &mut self.beam);
+        }
+        let sun = g.sun.direction;
+        let turn = Turn::new(across_meridian(direction), direction, sun);
+        // φ̂ of arriving light is that of the view turned round, and U is odd about the sun's plane.
+        let side = sun.x * direction.y - sun.y * direction.x;
+        let sign = if side > 0.0 { -1.0 } else { 1.0 };
+        let smooth = &self.parts[self.phases.len() + n..];
+        for (i, &e) in g.sun.irradiance.iter().enumerate() {
+            q[i] = (turn.cos2 * self.beam[i] + smooth[i]) * e;
+            u[i] = (sign * smooth[n + i] - turn.sin2 * self.beam[i]) * e;
+        }
     }
 
     /// The sun's disc behind the true air, by its share of the pixel.
@@ -310,6 +381,7 @@ pub struct RayWorker<'a> {
     /// Multiple scattering, good at few wavelengths and rough at all, shape (target, lanes).
     few: Vec<f32>,
     rough: Vec<f32>,
+    share: Vec<f32>,
 }
 
 impl<'a> RayWorker<'a> {
@@ -327,14 +399,17 @@ impl<'a> RayWorker<'a> {
             beam: vec![0.0; n],
             few: Vec::new(),
             rough: Vec::new(),
+            share: vec![0.0; n],
         }
     }
 
     /// For one ray under suns in several azimuths: each species' `J_k = ∫ σ_k T T_sun ds`, which becomes single scattering
     /// when multiplied by its phase function, and last everything else: light reflected by the ground, and multiple
-    /// scattering. All for a sun of unit irradiance.
+    /// scattering, and its Q and U if they are wanted. All for a sun of unit irradiance.
     ///
-    /// * `parts` — shape (target, species + 1, lanes)
+    /// Q and U refer to (θ̂, φ̂) of the view, φ in [0, π] from the sun's azimuth.
+    ///
+    /// * `parts` — shape (target, species + components, lanes)
     #[inline(always)]
     pub fn gather(&mut self, ray: &Ray, targets: &[Target], parts: &mut [f32]) {
         parts.fill(0.0);
@@ -371,9 +446,10 @@ impl<'a> RayWorker<'a> {
         let n = medium.lanes();
         self.march.cut(&few.medium, &few.columns, levels, &inside);
         self.few.clear();
-        self.few.resize(targets.len() * few.medium.lanes(), 0.0);
+        let few_stride = g.components() * few.medium.lanes();
+        self.few.resize(targets.len() * few_stride, 0.0);
         self.along.add_scattered(
-            (&fields.few, few, &g.tables.harmonics),
+            (&fields.few, few, &g.tables.bases),
             &g.tables.few_albedo,
             &self.march,
             stand,
@@ -383,9 +459,9 @@ impl<'a> RayWorker<'a> {
         self.march
             .cut(&rough.medium, &rough.columns, levels, &inside);
         self.rough.clear();
-        self.rough.resize(targets.len() * n, 0.0);
+        self.rough.resize(targets.len() * g.components() * n, 0.0);
         self.along.add_scattered(
-            (&fields.rough, rough, &g.tables.rough_harmonics),
+            (&fields.rough, rough, &g.tables.rough_bases),
             &g.tables.albedo,
             &self.march,
             stand,
@@ -395,12 +471,23 @@ impl<'a> RayWorker<'a> {
         let stride = parts.len() / targets.len();
         let both = self
             .few
-            .chunks_exact(few.medium.lanes())
-            .zip(self.rough.chunks_exact(n));
-        for (parts, (few, rough)) in parts.chunks_exact_mut(stride).zip(both) {
-            g.tables
-                .spread
-                .add(few, rough, &mut self.beam, &mut parts[stride - n..]);
+            .chunks_exact(few_stride)
+            .zip(self.rough.chunks_exact(g.components() * n));
+        let spread = &g.tables.spread;
+        let first = medium.phases().len() * n;
+        for (parts, (few_found, rough_found)) in parts.chunks_exact_mut(stride).zip(both) {
+            let mut few_found = few_found.chunks_exact(few.medium.lanes());
+            let mut rough_found = rough_found.chunks_exact(n);
+            let mut rest = parts[first..].chunks_exact_mut(n);
+            let (Some(few), Some(rough), Some(out)) =
+                (few_found.next(), rough_found.next(), rest.next())
+            else {
+                continue;
+            };
+            spread.add(few, rough, &mut self.beam, out);
+            for ((f, r), out) in few_found.zip(rough_found).zip(rest) {
+                spread.add_component([few, f], [rough, r], &self.beam, &mut self.share, out);
+            }
         }
     }
 
@@ -455,7 +542,8 @@ impl<'a> RayWorker<'a> {
             }
             let factor = (mu_sun.max(0.0) / std::f64::consts::PI) as f32;
             let ground = albedo.iter().zip(&march.through);
-            let rest = &mut parts[stride - n..];
+            let first = medium.phases().len() * n;
+            let rest = &mut parts[first..first + n];
             for ((o, &b), (&a, &t)) in rest.iter_mut().zip(beam.iter()).zip(ground) {
                 *o += factor * b * a * t;
             }

@@ -21,6 +21,13 @@ pub struct Scaled {
     coefficients: Vec<f32>,
     /// Largest degree present in the interval above each node.
     interval_degree: Vec<usize>,
+    /// Degree of the expansion of polarised light, at least 2; 0 where light is a scalar.
+    pub polarised_degree: usize,
+    /// `Σ_k σ_s,k (2l + 1)/(4π)` times the moments b, e, h of `Phase::polarising_moments`, truncated [m⁻¹ sr⁻¹], shape (node, l from
+    /// 2, 3, lanes).
+    polarising: Vec<f32>,
+    /// Largest degree of it present in the interval above each node.
+    interval_polarised: Vec<usize>,
 }
 
 impl Scaled {
@@ -28,9 +35,9 @@ impl Scaled {
     /// itself, share one table.
     pub fn several<const N: usize>(
         original: &LayeredMedium,
-        wanted: [(usize, Vec<usize>); N],
+        wanted: [Wanted; N],
     ) -> ([Self; N], Columns) {
-        let truncated = wanted.map(|(degree, chosen)| Truncated::new(original, degree, chosen));
+        let truncated = wanted.map(|wanted| Truncated::new(original, wanted));
         let mut media: Vec<&LayeredMedium> = truncated.iter().map(|t| &t.medium).collect();
         media.push(original);
         let mut columns = Columns::of_several(&media).into_iter();
@@ -42,8 +49,35 @@ impl Scaled {
             degree: t.degree,
             coefficients: t.coefficients,
             interval_degree: t.interval_degree,
+            polarised_degree: t.polarised_degree,
+            polarising: t.polarising,
+            interval_polarised: t.interval_polarised,
         });
         (all, next())
+    }
+
+    /// Stokes components that are solved for.
+    pub fn components(&self) -> usize {
+        components(self.polarised_degree)
+    }
+
+    /// How what is at a radius polarises: shape (l from 2, 3, lanes), see [`Scaled`]; returns the largest degree that matters there.
+    /// Only of polarised light.
+    #[inline(always)]
+    pub fn polarising_at(&self, radius_m: f64, out: &mut [f32]) -> usize {
+        let (node, f) = self.medium.locate_radius(radius_m);
+        let degree = self.interval_polarised[node];
+        let rows = self.polarising_length();
+        let used = (degree - 1) * 3 * self.medium.lanes();
+        let below = &self.polarising[node * rows..node * rows + used];
+        let above = &self.polarising[(node + 1) * rows..(node + 1) * rows + used];
+        lanes::lerp(below, above, f, &mut out[..used]);
+        degree
+    }
+
+    /// Length of what [`Scaled::polarising_at`] fills.
+    pub fn polarising_length(&self) -> usize {
+        self.polarised_degree.saturating_sub(1) * 3 * self.medium.lanes()
     }
 
     /// Coefficients at a radius, shape (degree + 1, lanes); returns the largest degree that matters there.
@@ -134,6 +168,25 @@ impl Scaled {
     }
 }
 
+/// What a medium is truncated to.
+pub struct Wanted {
+    /// Degree of the phase functions.
+    pub degree: usize,
+    /// Degree of what polarises; 0 for scalar light.
+    pub polarised_degree: usize,
+    /// Which wavelengths, in order.
+    pub chosen: Vec<usize>,
+}
+
+/// Stokes components of light polarised up to a degree: 1 or 3, for air and spheres make hardly any of the fourth.
+pub const fn components(polarised_degree: usize) -> usize {
+    if polarised_degree < 2 {
+        1
+    } else {
+        3
+    }
+}
+
 /// A [`Scaled`] without its columns.
 struct Truncated {
     medium: LayeredMedium,
@@ -141,11 +194,19 @@ struct Truncated {
     degree: usize,
     coefficients: Vec<f32>,
     interval_degree: Vec<usize>,
+    polarised_degree: usize,
+    polarising: Vec<f32>,
+    interval_polarised: Vec<usize>,
 }
 
 impl Truncated {
     /// Truncates a medium to a degree, at `chosen` wavelengths.
-    fn new(original: &LayeredMedium, degree: usize, chosen: Vec<usize>) -> Self {
+    fn new(original: &LayeredMedium, wanted: Wanted) -> Self {
+        let Wanted {
+            degree,
+            polarised_degree,
+            chosen,
+        } = wanted;
         let rows = degree + 1;
         // Legendre moments of every species, and what is cut off.
         let moments: Vec<Vec<Vec<f64>>> = original
@@ -177,27 +238,75 @@ impl Truncated {
                 }
             }
         }
-        let node_degree: Vec<usize> = (0..nodes)
-            .map(|node| {
-                let row = |l: usize| &coefficients[(node * rows + l) * lanes..][..lanes];
-                let reference = lanes::sum(row(0));
-                (0..rows)
-                    .rev()
-                    .find(|&l| row(l).iter().map(|v| v.abs()).sum::<f32>() > 1e-3 * reference)
-                    .unwrap_or(0)
-            })
-            .collect();
-        let interval_degree = (0..nodes)
-            .map(|i| node_degree[i].max(node_degree[(i + 1).min(nodes - 1)]))
-            .collect();
+        let polarising = polarising(original, polarised_degree, &chosen, &cut);
+        // Of rows at a node, the last that matters: shape (node, l, parts, lanes).
+        let reference = |node: usize| lanes::sum(&coefficients[node * rows * lanes..][..lanes]);
+        let last = |all: &[f32], node: usize, degrees: usize, parts: usize| -> Option<usize> {
+            let length = parts * lanes;
+            let row = |l: usize| &all[(node * degrees + l) * length..][..length];
+            let matters =
+                |&l: &usize| row(l).iter().map(|v| v.abs()).sum::<f32>() > 1e-3 * reference(node);
+            (0..degrees).rev().find(matters)
+        };
+        let over_intervals = |of_node: &dyn Fn(usize) -> usize| -> Vec<usize> {
+            let ends = |i: usize| [i, (i + 1).min(nodes - 1)].map(of_node);
+            (0..nodes).map(|i| ends(i)[0].max(ends(i)[1])).collect()
+        };
+        let mut interval_degree =
+            over_intervals(&|node| last(&coefficients, node, rows, 1).unwrap_or(0));
+        let mut interval_polarised = Vec::new();
+        if polarised_degree > 0 {
+            let degrees = polarised_degree - 1;
+            interval_polarised =
+                over_intervals(&|node| 2 + last(&polarising, node, degrees, 3).unwrap_or(0));
+            for (all, &polarised) in interval_degree.iter_mut().zip(&interval_polarised) {
+                *all = polarised.max(*all);
+            }
+        }
         Self {
             medium,
             chosen,
             degree,
             coefficients,
             interval_degree,
+            polarised_degree,
+            polarising,
+            interval_polarised,
         }
     }
+}
+
+/// The coefficients of [`Scaled::polarising_at`] at every node. What is cut off as not scattered keeps its polarisation, and is taken
+/// off e and h as it is off g.
+fn polarising(
+    original: &LayeredMedium,
+    degree: usize,
+    chosen: &[usize],
+    cut: &impl Fn(usize, usize) -> f64,
+) -> Vec<f32> {
+    if degree < 2 {
+        return Vec::new();
+    }
+    let lanes = lanes::padded(chosen.len());
+    let nodes = original.node_radii_m().len();
+    let mut all = vec![0.0; nodes * (degree - 1) * 3 * lanes];
+    for (k, phase) in original.phases().iter().enumerate() {
+        let moments = phase.polarising_moments(chosen, degree);
+        for node in 0..nodes {
+            let sigma_s = original.species_row(k, node);
+            for (j, &lane) in chosen.iter().enumerate() {
+                let (f, sigma_s) = (cut(k, j), f64::from(sigma_s[lane]));
+                for (i, [b, e, h]) in moments[j].iter().enumerate() {
+                    let norm = (2.0 * i as f64 + 5.0) / (4.0 * std::f64::consts::PI) * sigma_s;
+                    for (c, moment) in [*b, e - f, h - f].into_iter().enumerate() {
+                        let row = (node * (degree - 1) + i) * 3 + c;
+                        all[row * lanes + j] += (norm * moment) as f32;
+                    }
+                }
+            }
+        }
+    }
+    all
 }
 
 /// The way from a point to the sun.

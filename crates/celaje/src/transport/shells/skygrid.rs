@@ -32,8 +32,10 @@ pub struct SkyGrid {
     azimuths: usize,
     /// Horizontal unit vector towards the sun.
     towards: (f64, f64),
-    /// Values of one direction: (species + 1) × lanes.
+    /// Values of one direction: (species + components) × lanes.
     width: usize,
+    /// Of these, how many at the end are odd about the sun's plane: U.
+    odd: usize,
 }
 
 /// A range of elevations without an edge inside: the sky, the ground.
@@ -66,7 +68,8 @@ impl SkyGrid {
             } else {
                 (0.0, 1.0)
             },
-            width: (medium.phases().len() + 1) * medium.lanes(),
+            width: gatherer.parts(),
+            odd: if gatherer.stokes { medium.lanes() } else { 0 },
         };
         let dip = |radius_m: f64| -(radius_m / observer_m).min(1.0).acos();
         let horizon = dip(medium.ground_radius_m());
@@ -130,8 +133,17 @@ impl SkyGrid {
             let column = |i: usize| &row[columns[i] * self.width..(columns[i] + 1) * self.width];
             let w = around.map(|a| a * w);
             let (c0, c1, c2, c3) = (column(0), column(1), column(2), column(3));
-            for (i, p) in parts.iter_mut().enumerate() {
-                *p += w[0] * c0[i] + w[1] * c1[i] + w[2] * c2[i] + w[3] * c3[i];
+            let mut add = |range: std::ops::Range<usize>, w: [f32; 4]| {
+                for i in range {
+                    parts[i] += w[0] * c0[i] + w[1] * c1[i] + w[2] * c2[i] + w[3] * c3[i];
+                }
+            };
+            let even = self.width - self.odd;
+            add(0..even, w);
+            if self.odd > 0 {
+                let low = if cell == 0 { -w[0] } else { w[0] };
+                let high = if cell + 2 > last { -w[3] } else { w[3] };
+                add(even..self.width, [low, w[1], w[2], high]);
             }
         }
     }
@@ -233,7 +245,7 @@ impl Builder<'_> {
         let medium = &self.gatherer.tables.medium;
         let (n, w) = (medium.lanes(), medium.wavelength_nm().len());
         let width = self.grid.width;
-        let mut phases = vec![0.0; width - n];
+        let mut phases = vec![0.0; n * medium.phases().len()];
         let mut guess = vec![0.0; width];
         let (mut a, mut b) = (vec![0.0; n], vec![0.0; n]);
         let ones = vec![1.0; n];
@@ -252,11 +264,21 @@ impl Builder<'_> {
                 phase.eval(cos_theta, row);
             }
             combine(&phases, &guess, &ones, &mut a);
-            combine(&phases, &exact[at], &ones, &mut b);
+            combine(&phases, &exact[at.clone()], &ones, &mut b);
             let mean = b[..w].iter().sum::<f32>() / w as f32;
             for (a, b) in a[..w].iter().zip(&b[..w]) {
                 if mean > 0.0 {
                     worst = worst.max((a - b).abs() / (b + 0.01 * mean));
+                }
+            }
+            // Q and U against the radiance.
+            let from = phases.len() + n;
+            let components = guess[from..].chunks_exact(n);
+            for (guess, exact) in components.zip(exact[at][from..].chunks_exact(n)) {
+                for ((g, e), b) in guess[..w].iter().zip(exact).zip(&b) {
+                    if mean > 0.0 {
+                        worst = worst.max((g - e).abs() / (b + 0.01 * mean));
+                    }
                 }
             }
         }

@@ -5,11 +5,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use multiversion::multiversion;
 use rayon::prelude::*;
 
-use super::along::{Along, Stand, Target};
+use super::along::{Along, Bases, Stand, Target};
 use super::field::{Field, Solution};
-use super::harmonics::{self, gauss_legendre, legendre, Harmonics};
+use super::harmonics::{self, gauss_legendre, legendre};
 use super::march::{Levels, March};
 use super::scaled::{Scaled, Sunlit};
+use super::spin;
+use super::tail::Tail;
 use super::Resolution;
 use crate::error::{Error, Result};
 use crate::math::{lanes, Vec3};
@@ -40,8 +42,8 @@ pub fn solve(
     let grid = Grid::new(scaled, resolution, problem.sun_zenith_deg);
     let sweep = |source: Source<'_>| -> Result<Field> {
         let mut solution = grid.dark(scaled);
-        let stride =
-            grid.sun_zenith.len() * harmonics::count(scaled.degree) * scaled.medium.lanes();
+        let rows = solution.moments_per_node() * scaled.medium.lanes();
+        let stride = grid.sun_zenith.len() * rows;
         let flux = std::sync::Mutex::new(Vec::new());
         solution
             .moments
@@ -97,89 +99,6 @@ fn add(to: &mut [f32], from: &[f32]) {
     }
 }
 
-/// The orders not computed: each node and wavelength goes on falling in the ratio of its last two orders, so the rest is a
-/// geometric series.
-struct Tail {
-    /// The rest over the last order, shape (a, s, lanes).
-    moments: Vec<f32>,
-    /// The same for the flux, shape (s, lanes).
-    flux: Vec<f32>,
-}
-
-impl Tail {
-    /// Ratios at or above this are those of dark nodes that light has only begun to reach.
-    const LARGEST_RATIO: f32 = 0.98;
-
-    fn new(before: &Solution, last: &Solution) -> Self {
-        let n = last.lanes();
-        let row = harmonics::count(last.degree) * n;
-        let sum = |before: f32, last: f32| {
-            let ratio = if before > 0.0 { last / before } else { 0.0 };
-            let ratio = ratio.clamp(0.0, Self::LARGEST_RATIO);
-            ratio / (1.0 - ratio)
-        };
-        let means = before
-            .moments
-            .chunks_exact(row)
-            .zip(last.moments.chunks_exact(row));
-        Self {
-            moments: means
-                .flat_map(|(b, l)| b[..n].iter().zip(&l[..n]).map(|(&b, &l)| sum(b, l)))
-                .collect(),
-            flux: before
-                .flux
-                .iter()
-                .zip(&last.flux)
-                .map(|(&b, &l)| sum(b, l))
-                .collect(),
-        }
-    }
-
-    /// Largest share of the rest in the mean radiance at any node that is not dark.
-    fn largest(&self, last: &Solution, total: &Solution) -> f32 {
-        /// Share of the brightest node below which one is dark.
-        const DARK: f32 = 1e-9;
-        let n = last.lanes();
-        let row = harmonics::count(last.degree) * n;
-        let bright = total.moments.chunks_exact(row).map(|t| lanes::sum(&t[..n]));
-        let least = DARK * bright.fold(0.0, f32::max);
-        let nodes = last
-            .moments
-            .chunks_exact(row)
-            .zip(total.moments.chunks_exact(row));
-        nodes
-            .zip(self.moments.chunks_exact(n))
-            .map(|((l, t), tail)| {
-                let all = lanes::sum(&t[..n]);
-                if all > least {
-                    lanes::dot(&l[..n], tail) / all
-                } else {
-                    0.0
-                }
-            })
-            .fold(0.0, f32::max)
-    }
-
-    fn add(&self, last: &Solution, total: &mut Solution) {
-        let n = last.lanes();
-        let row = harmonics::count(last.degree) * n;
-        let nodes = total
-            .moments
-            .chunks_exact_mut(row)
-            .zip(last.moments.chunks_exact(row));
-        for ((total, last), tail) in nodes.zip(self.moments.chunks_exact(n)) {
-            for (total, last) in total.chunks_exact_mut(n).zip(last.chunks_exact(n)) {
-                for ((t, &l), &f) in total.iter_mut().zip(last).zip(tail) {
-                    *t += l * f;
-                }
-            }
-        }
-        for ((t, &l), &f) in total.flux.iter_mut().zip(&last.flux).zip(&self.flux) {
-            *t += l * f;
-        }
-    }
-}
-
 /// Heights, sun angles and directions.
 struct Grid {
     radius_m: Vec<f64>,
@@ -187,7 +106,7 @@ struct Grid {
     sun_zenith: Vec<f64>,
     sun_zenith_deg: Vec<f64>,
     levels: Levels,
-    harmonics: Harmonics,
+    bases: Bases,
     /// Cosines of the azimuths, and the weight of each (both sides of the sun's plane).
     cos_phi: Vec<f64>,
     phi_weight: f64,
@@ -209,7 +128,7 @@ impl Grid {
             sun_zenith: sun_zenith_deg.iter().map(|d| d.to_radians()).collect(),
             sun_zenith_deg,
             levels: Levels::new(&scaled.medium, resolution.level_m, resolution.level_growth),
-            harmonics: Harmonics::new(scaled.degree),
+            bases: Bases::new(scaled.degree, scaled.polarised_degree),
             cos_phi: (0..azimuths)
                 .map(|j| ((j as f64 + 0.5) * std::f64::consts::PI / azimuths as f64).cos())
                 .collect(),
@@ -221,14 +140,17 @@ impl Grid {
     fn dark(&self, scaled: &Scaled) -> Solution {
         let n = scaled.medium.lanes();
         let nodes = self.radius_m.len() * self.sun_zenith.len();
-        Solution {
+        let mut solution = Solution {
             radius_m: self.radius_m.clone(),
             sun_zenith_deg: self.sun_zenith_deg.clone(),
             degree: scaled.degree,
+            polarised_degree: scaled.polarised_degree,
             chosen: scaled.chosen.clone(),
-            moments: vec![0.0; nodes * harmonics::count(scaled.degree) * n],
+            moments: Vec::new(),
             flux: vec![0.0; self.sun_zenith.len() * n],
-        }
+        };
+        solution.moments = vec![0.0; nodes * solution.moments_per_node() * n];
+        solution
     }
 
     /// Cosines of zenith angles and weights at a height: below the horizon and above it.
@@ -284,7 +206,7 @@ struct Worker<'a> {
     targets: Vec<Target>,
     /// Diffuse irradiance of the ground, filled at the lowest altitude, shape (s, lanes).
     flux: Vec<f32>,
-    /// Radiance of the targets, shape (s, azimuth, lanes).
+    /// Radiance of the targets, and Q and U of polarised light, shape (s, azimuth, components, lanes).
     radiance: Vec<f32>,
     coefficients: Vec<f32>,
     beam: Vec<f32>,
@@ -296,6 +218,13 @@ struct Worker<'a> {
     polynomial: Vec<f32>,
     /// The radiance's sum over azimuths for one order m.
     by_order: Vec<f32>,
+    /// The same as the four above, of Q and U: `W_lm`, `X_lm`; `sin mφ`; `d^l_0,2(cos Θ)`; their sums.
+    w: Vec<f32>,
+    x: Vec<f32>,
+    sines: Vec<f32>,
+    spin_polynomial: Vec<f32>,
+    by_order_q_u: Vec<f32>,
+    polarising: Vec<f32>,
 }
 
 impl<'a> Worker<'a> {
@@ -307,6 +236,12 @@ impl<'a> Worker<'a> {
         for (row, &c) in cosines.chunks_exact_mut(terms).zip(&grid.cos_phi) {
             harmonics::cosines(c as f32, row);
         }
+        let polarised = scaled.polarised_degree;
+        let spin_terms = if polarised > 0 { polarised + 1 } else { 0 };
+        let mut sines = vec![0.0; grid.cos_phi.len() * spin_terms];
+        for (row, &c) in sines.chunks_exact_mut(spin_terms.max(1)).zip(&grid.cos_phi) {
+            spin::sines(c as f32, row);
+        }
         Self {
             scaled,
             problem,
@@ -316,13 +251,19 @@ impl<'a> Worker<'a> {
             sunlit: Sunlit::new(&scaled.columns, n, problem.sun_radius_rad),
             targets: Vec::with_capacity(targets),
             flux: vec![0.0; grid.sun_zenith.len() * n],
-            radiance: vec![0.0; targets * n],
+            radiance: vec![0.0; targets * scaled.components() * n],
             coefficients: vec![0.0; terms * n],
             beam: vec![0.0; n],
             polar: vec![0.0; harmonics::count(scaled.degree)],
             cosines,
             polynomial: vec![0.0; targets * terms],
             by_order: vec![0.0; n],
+            w: vec![0.0; spin::count(polarised)],
+            x: vec![0.0; spin::count(polarised)],
+            sines,
+            spin_polynomial: vec![0.0; targets * polarised.saturating_sub(1)],
+            by_order_q_u: vec![0.0; 2 * n],
+            polarising: vec![0.0; scaled.polarising_length()],
         }
     }
 }
@@ -370,9 +311,9 @@ impl Worker<'_> {
                 offset_m: 0.0,
             };
             match source {
-                Source::Sun => self.add_first_order(stand),
+                Source::Sun => self.add_first_order(mu, stand),
                 Source::Field(field) => self.along.add_scattered(
-                    (field, self.scaled, &self.grid.harmonics),
+                    (field, self.scaled, &self.grid.bases),
                     self.problem.albedo,
                     &self.march,
                     stand,
@@ -382,6 +323,9 @@ impl Worker<'_> {
             }
             let weight = mu_weight * self.grid.phi_weight;
             self.add_moments(mu, weight as f32, moments);
+            if self.scaled.polarised_degree > 0 {
+                self.add_polarised_moments(mu, weight as f32, moments);
+            }
             if a == 0 && mu > 0.0 {
                 self.add_flux((weight * mu) as f32);
             }
@@ -394,13 +338,13 @@ impl Worker<'_> {
         let n = self.scaled.medium.lanes();
         let degree = self.scaled.degree;
         let azimuths = self.grid.cos_phi.len();
-        let rows = harmonics::count(degree) * n;
-        self.grid.harmonics.polar(degree, mu, &mut self.polar);
-        let suns = moments.chunks_exact_mut(rows);
-        for (node, radiance) in suns.zip(self.radiance.chunks_exact(azimuths * n)) {
+        let stride = self.scaled.components() * n;
+        let suns = moments.chunks_exact_mut(moments.len() / self.grid.sun_zenith.len());
+        self.grid.bases.radiance.polar(degree, mu, &mut self.polar);
+        for (node, radiance) in suns.zip(self.radiance.chunks_exact(azimuths * stride)) {
             for m in 0..=degree {
                 self.by_order.fill(0.0);
-                for (j, l) in radiance.chunks_exact(n).enumerate() {
+                for (j, l) in radiance.chunks_exact(stride).enumerate() {
                     let c = weight * self.cosines[j * (degree + 1) + m];
                     for (b, &l) in self.by_order.iter_mut().zip(l) {
                         *b += c * l;
@@ -417,14 +361,54 @@ impl Worker<'_> {
         }
     }
 
+    /// Adds one zenith angle's share of the moments of polarisation.
+    #[inline(always)]
+    fn add_polarised_moments(&mut self, mu: f64, weight: f32, moments: &mut [f32]) {
+        let n = self.scaled.medium.lanes();
+        let degree = self.scaled.polarised_degree;
+        let azimuths = self.grid.cos_phi.len();
+        let terms = self.scaled.degree + 1;
+        let electric = harmonics::count(self.scaled.degree);
+        let magnetic = electric + spin::count(degree);
+        let bases = &self.grid.bases;
+        bases.polarisation.polar(mu, &mut self.w, &mut self.x);
+        let suns = moments.chunks_exact_mut(moments.len() / self.grid.sun_zenith.len());
+        for (node, stokes) in suns.zip(self.radiance.chunks_exact(azimuths * 3 * n)) {
+            for m in 0..=degree {
+                let (by_q, by_u) = self.by_order_q_u.split_at_mut(n);
+                by_q.fill(0.0);
+                by_u.fill(0.0);
+                for (j, row) in stokes.chunks_exact(3 * n).enumerate() {
+                    let c = weight * self.cosines[j * terms + m];
+                    let s = weight * self.sines[j * (degree + 1) + m];
+                    lanes::add_scaled(&row[n..2 * n], c, by_q);
+                    lanes::add_scaled(&row[2 * n..], s, by_u);
+                }
+                for l in m.max(2)..=degree {
+                    let k = spin::index(l, m);
+                    let (w, x) = (self.w[k], self.x[k]);
+                    let to_e = &mut node[(electric + k) * n..(electric + k + 1) * n];
+                    lanes::add_scaled(by_q, w, to_e);
+                    lanes::add_scaled(by_u, -x, to_e);
+                    if m > 0 {
+                        let to_b = &mut node[(magnetic + k) * n..(magnetic + k + 1) * n];
+                        lanes::add_scaled(by_q, -x, to_b);
+                        lanes::add_scaled(by_u, w, to_b);
+                    }
+                }
+            }
+        }
+    }
+
     /// Adds one zenith angle's share of the ground's irradiance.
     #[inline(always)]
     fn add_flux(&mut self, weight: f32) {
         let n = self.scaled.medium.lanes();
         let azimuths = self.grid.cos_phi.len();
+        let stride = self.scaled.components() * n;
         let suns = self.flux.chunks_exact_mut(n);
-        for (flux, radiance) in suns.zip(self.radiance.chunks_exact(azimuths * n)) {
-            for l in radiance.chunks_exact(n) {
+        for (flux, radiance) in suns.zip(self.radiance.chunks_exact(azimuths * stride)) {
+            for l in radiance.chunks_exact(stride) {
                 for (f, &l) in flux.iter_mut().zip(l) {
                     *f += weight * l;
                 }
@@ -434,9 +418,18 @@ impl Worker<'_> {
 
     /// Sunlight scattered once, and reflected by the ground, along the ray cut last.
     #[inline(always)]
-    fn add_first_order(&mut self, stand: Stand) {
+    fn add_first_order(&mut self, mu: f64, stand: Stand) {
         let n = self.scaled.medium.lanes();
         let terms = self.scaled.degree + 1;
+        let stride = self.scaled.components() * n;
+        let spin_terms = self.scaled.polarised_degree.saturating_sub(1);
+        let mut polarised_terms = 0;
+        if spin_terms > 0 {
+            let rows = self.spin_polynomial.chunks_exact_mut(spin_terms);
+            for (row, t) in rows.zip(&self.targets) {
+                self.grid.bases.polarisation.legendre(t.cos_theta, row);
+            }
+        }
         for (row, t) in self.polynomial.chunks_exact_mut(terms).zip(&self.targets) {
             legendre(terms - 1, t.cos_theta, row);
         }
@@ -449,12 +442,19 @@ impl Worker<'_> {
             let degree = self
                 .scaled
                 .coefficients_at(step.radius_m, &mut self.coefficients);
-            let outs = self.radiance.chunks_exact_mut(n);
-            for ((t, out), p) in self
+            if spin_terms > 0 {
+                let degree = self
+                    .scaled
+                    .polarising_at(step.radius_m, &mut self.polarising);
+                polarised_terms = degree - 1;
+            }
+            let outs = self.radiance.chunks_exact_mut(stride);
+            for (k, ((t, out), p)) in self
                 .targets
                 .iter()
                 .zip(outs)
                 .zip(self.polynomial.chunks_exact(terms))
+                .enumerate()
             {
                 let mu_sun = stand.mu_sun(t, step.distance_m, step.radius_m);
                 let beam = &mut self.beam;
@@ -476,11 +476,23 @@ impl Worker<'_> {
                         *o += p * c * b;
                     }
                 }
+                // Along the plane of view and sun; turned to the vertical one below.
+                for l in 0..polarised_terms {
+                    let p = self.spin_polynomial[k * spin_terms + l];
+                    let f12 = self.polarising[3 * l * n..].iter();
+                    for ((q, &b), &c) in out[n..2 * n].iter_mut().zip(beam.iter()).zip(f12) {
+                        *q += p * c * b;
+                    }
+                }
             }
+        }
+        if spin_terms > 0 {
+            self.turn_to_vertical(mu);
         }
         if self.march.meets_ground {
             let ground_m = self.grid.radius_m[0];
-            for (t, out) in self.targets.iter().zip(self.radiance.chunks_exact_mut(n)) {
+            let outs = self.radiance.chunks_exact_mut(stride);
+            for (t, out) in self.targets.iter().zip(outs) {
                 let mu_sun = stand.mu_sun(t, self.march.length_m, ground_m);
                 let beam = &mut self.beam;
                 if mu_sun <= -self.problem.sun_radius_rad
@@ -495,6 +507,22 @@ impl Worker<'_> {
                 for ((o, &b), (&a, &t)) in out.iter_mut().zip(beam.iter()).zip(ground) {
                     *o += factor * b * a * t;
                 }
+            }
+        }
+    }
+
+    /// Turns what is polarised along the planes of view and sun to the vertical plane of the view.
+    #[inline(always)]
+    fn turn_to_vertical(&mut self, mu: f64) {
+        let n = self.scaled.medium.lanes();
+        let azimuths = self.grid.cos_phi.len();
+        let outs = self.radiance.chunks_exact_mut(3 * n);
+        for (k, (t, out)) in self.targets.iter().zip(outs).enumerate() {
+            let [cos2, sin2] = spin::turn(mu, t.cos_sun, self.grid.cos_phi[k % azimuths]);
+            let (q, u) = out[n..].split_at_mut(n);
+            for (q, u) in q.iter_mut().zip(u) {
+                *u = sin2 * *q;
+                *q *= cos2;
             }
         }
     }

@@ -2,11 +2,11 @@
 
 use std::sync::atomic::AtomicBool;
 
+use super::along::Bases;
 use super::field::{Field, Solution};
 use super::gather::Gatherer;
-use super::harmonics::Harmonics;
 use super::march::Levels;
-use super::scaled::Scaled;
+use super::scaled::{Scaled, Wanted};
 use super::solve::{self, Problem};
 use super::wavelengths::{choose, Spread};
 use super::{Accuracy, Resolution};
@@ -34,6 +34,8 @@ pub struct TablesOptions {
     pub sun_angular_radius_deg: f64,
     /// Orders of scattering and reflection counted, at least 1; `None` for all.
     pub max_order: Option<u32>,
+    /// Whether light is polarised on its way, or a scalar.
+    pub polarised: bool,
 }
 
 /// A solved atmosphere over a ground: from one of these comes any picture, whatever the sun's place, its irradiance, the
@@ -54,8 +56,9 @@ pub struct Tables {
     /// None where only first-order light is wanted.
     pub(super) fields: Option<Fields>,
     pub(super) levels: Levels,
-    pub(super) harmonics: Harmonics,
-    pub(super) rough_harmonics: Harmonics,
+    pub(super) bases: Bases,
+    pub(super) rough_bases: Bases,
+    polarised: bool,
     pub(super) spread: Spread,
     /// Columns of the true medium, for the sun's disc.
     pub(super) true_columns: Columns,
@@ -101,7 +104,7 @@ impl Tables {
         check_albedo(medium, albedo)?;
         let resolution = options.accuracy.resolution();
         let few = choose(medium, albedo, resolution.wavelengths);
-        let mut tables = Self::unsolved(medium, albedo, options.accuracy, few)?;
+        let mut tables = Self::unsolved(medium, albedo, options.accuracy, few, options.polarised)?;
         if options.max_order.is_none_or(|n| n > 1) {
             let reach = reach_deg(medium, highest_m);
             let solve = |scaled: &Scaled, albedo: &[f32], resolution: &Resolution| {
@@ -141,13 +144,23 @@ impl Tables {
                 "give the accuracy they were solved with",
             ));
         }
+        let polarised = few.polarised_degree > 0;
+        let degrees = [&few, &rough].map(|s| s.polarised_degree);
+        let known = [&resolution, &resolution.rough()].map(|r| r.polarised_degree);
+        if polarised && degrees != known || !polarised && degrees != [0; 2] {
+            return Err(Error::invalid(
+                format!("solutions of degrees {degrees:?} of polarisation"),
+                "give the accuracy they were solved with",
+            ));
+        }
         if rough.chosen.len() != w || few.sun_zenith_deg != rough.sun_zenith_deg {
             return Err(Error::invalid(
                 "two solutions that do not belong together",
                 "give both, the one at few wavelengths first",
             ));
         }
-        let mut tables = Self::unsolved(medium, albedo, accuracy, few.chosen.clone())?;
+        let chosen = few.chosen.clone();
+        let mut tables = Self::unsolved(medium, albedo, accuracy, chosen, polarised)?;
         tables.fields = Some(Fields {
             few: Field::new(few),
             rough: Field::new(rough),
@@ -161,15 +174,27 @@ impl Tables {
         albedo: &[f64],
         accuracy: Accuracy,
         few: Vec<usize>,
+        polarised: bool,
     ) -> Result<Self> {
         check_albedo(medium, albedo)?;
         let w = medium.wavelength_nm().len();
         let resolution = accuracy.resolution();
         let all: Vec<usize> = (0..w).collect();
+        let of = |resolution: &Resolution, chosen: Vec<usize>, polarised: bool| Wanted {
+            degree: resolution.degree,
+            polarised_degree: if polarised {
+                resolution.polarised_degree
+            } else {
+                0
+            },
+            chosen,
+        };
+        let rough_resolution = resolution.rough();
         let wanted = [
-            (resolution.degree, all.clone()),
-            (resolution.degree, few.clone()),
-            (resolution.rough().degree, all),
+            // Of single scattering the matrices themselves are known.
+            of(&resolution, all.clone(), false),
+            of(&resolution, few.clone(), polarised),
+            of(&rough_resolution, all, polarised),
         ];
         let ([fine, few_scaled, rough], true_columns) = Scaled::several(medium, wanted);
         Ok(Self {
@@ -177,6 +202,9 @@ impl Tables {
             few_albedo: lanes::row_from(few.len(), |i| albedo[few[i]]),
             accuracy,
             fine,
+            bases: Bases::new(resolution.degree, few_scaled.polarised_degree),
+            rough_bases: Bases::new(rough_resolution.degree, rough.polarised_degree),
+            polarised,
             few: few_scaled,
             rough,
             fields: None,
@@ -185,8 +213,6 @@ impl Tables {
                 resolution.view_level_m,
                 resolution.view_level_growth,
             ),
-            harmonics: Harmonics::new(resolution.degree),
-            rough_harmonics: Harmonics::new(resolution.rough().degree),
             spread: Spread::new(medium, albedo, &few),
             true_columns,
             medium: medium.clone(),
@@ -207,6 +233,11 @@ impl Tables {
     /// How fine the grids are.
     pub fn accuracy(&self) -> Accuracy {
         self.accuracy
+    }
+
+    /// Whether light was polarised on its way, or a scalar.
+    pub fn polarised(&self) -> bool {
+        self.polarised
     }
 
     /// What was solved: well at a few wavelengths, roughly at all. `None` for tables of first-order light only.
@@ -231,7 +262,30 @@ impl Tables {
         control: &Control<'_>,
     ) -> Result<Film> {
         self.check_view(sun, observer.radius_m)?;
-        Gatherer::new(self, sun, control.budget.max_order).render(observer, sensor, control)
+        let gatherer = Gatherer::new(self, sun, control.budget.max_order, false);
+        gatherer.render(observer, sensor, control)
+    }
+
+    /// [`Tables::render`] with Q and U beside the radiance; V is 0.
+    ///
+    /// # Errors
+    /// As [`Tables::render`]; [`Error::Invalid`] for tables of scalar light.
+    pub fn render_stokes(
+        &self,
+        sun: &SunLight,
+        observer: &Observer,
+        sensor: &dyn Sensor,
+        control: &Control<'_>,
+    ) -> Result<Film> {
+        if !self.polarised {
+            return Err(Error::invalid(
+                "these tables hold scalar light: they do not know how it is polarised",
+                "bake them with polarised on, or leave polarisation off",
+            ));
+        }
+        self.check_view(sun, observer.radius_m)?;
+        let gatherer = Gatherer::new(self, sun, control.budget.max_order, true);
+        gatherer.render(observer, sensor, control)
     }
 
     /// Spectral radiance of the sky in many directions, without the sun's disc.
@@ -250,7 +304,7 @@ impl Tables {
         directions: &[Vec3],
     ) -> Result<Vec<f32>> {
         self.check_view(sun, observer_m)?;
-        Ok(Gatherer::new(self, sun, None).radiance(observer_m, directions))
+        Ok(Gatherer::new(self, sun, None, false).radiance(observer_m, directions))
     }
 
     /// Refuses what was not solved for.
@@ -345,6 +399,7 @@ mod tests {
             highest_observer_m: m.ground_radius_m(),
             sun_angular_radius_deg: 0.2666,
             max_order: None,
+            polarised: false,
         }
     }
 

@@ -72,6 +72,42 @@ impl Spread {
             *o += c * r;
         }
     }
+
+    /// What [`Spread::add`] is for the radiance, for a component of its polarisation, which changes sign: its share of the radiance
+    /// is that of the rough solution and the difference of both, interpolated.
+    ///
+    /// * `few`, `rough` — radiance and component
+    /// * `ratio` — as [`Spread::add`] left it for the radiance; `share` — a row to work on
+    #[inline(always)]
+    pub fn add_component(
+        &self,
+        few: [&[f32]; 2],
+        rough: [&[f32]; 2],
+        ratio: &[f32],
+        share: &mut [f32],
+        out: &mut [f32],
+    ) {
+        let w = self.weights.len() / self.chosen.len();
+        let of = |part: f32, all: f32| if all > 0.0 { part / all } else { 0.0 };
+        share.fill(0.0);
+        for ((k, &i), weights) in self
+            .chosen
+            .iter()
+            .enumerate()
+            .zip(self.weights.chunks_exact(w))
+        {
+            let here = of(few[1][k], few[0][k]) - of(rough[1][i], rough[0][i]);
+            for (s, &weight) in share.iter_mut().zip(weights) {
+                *s += weight * here;
+            }
+        }
+        let rough = rough[0].iter().zip(rough[1]);
+        for ((o, (&all, &part)), (&r, &s)) in
+            out.iter_mut().zip(rough).zip(ratio.iter().zip(&*share))
+        {
+            *o += r * (part + all * s);
+        }
+    }
 }
 
 /// Which wavelengths to solve well, at most `most`: each next one is the one least known from those before.
