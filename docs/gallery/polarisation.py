@@ -1,6 +1,7 @@
 """Degree and angle of polarisation of a clear sky, by day and at dusk, and its neutral points."""
 
 import numpy as np
+from matplotlib.patheffects import withStroke
 
 import celaje
 from common import options, plt, save
@@ -27,7 +28,7 @@ def fisheye(size: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 given = options(__doc__)
 size = given.size(240)
 figure, axes = plt.subplots(
-    2, 3, figsize=(8.6, 5.4), dpi=100, layout="constrained", width_ratios=(1, 1, 1.15)
+    2, 3, figsize=(8.6, 5.2), dpi=100, layout="constrained", width_ratios=(1, 1, 1.15)
 )
 for row, sun_elevation in zip(axes, SUNS, strict=True):
     sky = celaje.sky(
@@ -64,7 +65,7 @@ for row, sun_elevation in zip(axes, SUNS, strict=True):
     along = np.cos(turn) * -np.sin(a) + np.sin(turn) * -np.cos(a)
     up = np.cos(turn) * np.cos(a) + np.sin(turn) * -np.sin(a)
     bars = np.array([[x - length * along, x + length * along], [y - length * up, y + length * up]])
-    row[1].plot(*bars, color="0.95", lw=1.1)
+    row[1].plot(*bars, color="w", lw=1.2, path_effects=[withStroke(linewidth=2.2, foreground="k")])
     for each in row[:2]:
         each.plot(
             *[(max(1 - sun_elevation / 90, 0),), (0,)],
@@ -92,11 +93,11 @@ for row, sun_elevation in zip(axes, SUNS, strict=True):
         if abs(zero - sun_elevation) > 2:
             above = zero - sun_elevation if zero < 90 else 180 + sun_elevation - zero
             row[2].plot(zero, 0, "o", color="k", ms=4)
-            of = "sun" if zero < 90 else "antisun"
-            place = (4, 8) if zero < 90 else (-4, 8)
-            ha = "left" if zero < 90 else "right"
-            label = f"{above:.0f}° above the {of}"
-            row[2].annotate(label, (zero, 0), place, textcoords="offset points", fontsize=7, ha=ha)
+            name, place, ha = (
+                ("Babinet", (4, 6), "left") if zero < 90 else ("Arago", (-4, 6), "right")
+            )
+            label = f"{name} {above:.0f}°"
+            row[2].annotate(label, (zero, 0), place, textcoords="offset points", fontsize=8, ha=ha)
     row[2].set(ylim=(-90, 30), xlim=(-4, 180), xticks=range(0, 181, 45), ylabel="Q / I  [%]")
     row[2].set_title("in the plane of the sun")
 axes[1][2].set_xlabel("from the sun's horizon over the zenith  [°]")

@@ -366,8 +366,8 @@ class Sky:
         threads : int, optional
             1 to 1024; all cores by default.
         polarised : bool
-            Whether light is polarised on its way, which ``polarised=True`` of :meth:`radiance` needs; scalar light takes
-            half the time.
+            Whether light is polarised on its way, which ``polarised=True`` of :meth:`radiance` needs; scalar light
+            takes half the time.
 
         Returns
         -------
