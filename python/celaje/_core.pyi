@@ -11,6 +11,9 @@ _F64 = NDArray[np.float64]
 _F32 = NDArray[np.float32]
 _U32 = NDArray[np.uint32]
 _C128 = NDArray[np.complex128]
+# Means and variances of Q, U, V; then the parts of a film.
+_Stokes = list[tuple[_F32, _F32]] | None
+_Parts = tuple[_F32, _F32, _U32, _F64, list[tuple[str, str]], _Stokes]
 
 class Conditions:
     def __new__(
@@ -116,7 +119,7 @@ class Sky:
         noise: float | None,
         time_limit_s: float | None,
         polarised: bool | None = None,
-    ) -> tuple[_F32, _F32, _U32, list[tuple[_F32, _F32]] | None]: ...
+    ) -> tuple[_F32, _F32, _U32, _Stokes]: ...
     def with_cloud(
         self,
         edges_m: tuple[_F64, _F64, _F64],
@@ -221,11 +224,10 @@ def save(
     exposure: float | None,
     view: Sensor | None,
     metadata: list[tuple[str, str]],
+    stokes: _Stokes,
 ) -> None: ...
-def read_exr(path: str) -> tuple[_F32, _F32, _U32, _F64, list[tuple[str, str]]]: ...
-def merged(
-    films: list[tuple[_F32, _F32, _U32, _F64, list[tuple[str, str]]]],
-) -> tuple[_F32, _F32, _U32, _F64, list[tuple[str, str]]]: ...
+def read_exr(path: str) -> _Parts: ...
+def merged(films: list[_Parts]) -> _Parts: ...
 def mie(n: float, k: float, size_parameter: float) -> MieSphere: ...
 def rayleigh_cross_section(wavelength_nm: _F64) -> _F64: ...
 def aerosol(

@@ -16,6 +16,8 @@ from ._errors import InvalidInputError
 if TYPE_CHECKING:
     import xarray
 
+    from ._core import _Parts
+
 Singles = NDArray[np.float32]
 
 
@@ -37,6 +39,9 @@ class Film:
         Vacuum wavelengths. [nm]
     metadata : dict of str to str
         How it came about: conditions with their reasons, method, seed, sensor. Kept in files.
+    polarisation : list of (mean, variance) or None
+        Stokes components Q, U and V, each a pair of arrays like `radiance` and `variance`; None in a film of scalar
+        light. :attr:`stokes` has all four in one array.
 
     Examples
     --------
@@ -53,11 +58,59 @@ class Film:
     wavelength_nm: Floats
     metadata: dict[str, str] = field(default_factory=dict)
     _sensor: _core.Sensor | None = field(default=None, repr=False)
+    polarisation: list[tuple[Singles, Singles]] | None = field(default=None, repr=False)
 
     @property
     def standard_error(self) -> Singles:
         """Standard error of the mean radiance, absolute, shape (height, width, wavelength)."""
         return np.sqrt(self.variance)
+
+    @property
+    def stokes(self) -> Singles:
+        """Stokes vectors (I, Q, U, V), a copy, shape (height, width, wavelength, 4). [W m⁻² sr⁻¹ nm⁻¹].
+
+        They refer to the meridian plane of the view, the vertical plane through the direction looked at: Q > 0 where
+        the electric field lies in it, Q < 0 where it is level; U > 0 where it is turned out of it by 45° anticlockwise
+        as the observer sees it; V > 0 where it turns clockwise. ``docs/conventions.md`` draws the axes. A pixel's
+        values are means over its points, each in its own plane.
+        """
+        others = [mean for mean, _ in self._polarised()]
+        return np.stack([self.radiance, *others], axis=-1)
+
+    @property
+    def stokes_standard_error(self) -> Singles:
+        """Standard errors of the Stokes vectors, absolute, shape (height, width, wavelength, 4)."""
+        others = [variance for _, variance in self._polarised()]
+        return np.sqrt(np.stack([self.variance, *others], axis=-1))
+
+    @property
+    def degree_of_polarisation(self) -> Singles:
+        """Degree of linear polarisation √(Q² + U²) / I, shape (height, width, wavelength), 0 where it is black. [1].
+
+        Noise makes it too large where there is little of it.
+        """
+        (q, _), (u, _), _ = self._polarised()
+        degree = np.zeros_like(self.radiance)
+        np.divide(np.hypot(q, u), self.radiance, out=degree, where=self.radiance > 0)
+        return degree
+
+    @property
+    def angle_of_polarisation_deg(self) -> Singles:
+        """Angle of the electric field ½ atan2(U, Q) in (-90, 90], shape (height, width, wavelength). [deg].
+
+        0 where it lies in the vertical plane of the view, ±90 where it is level; it grows anticlockwise as the observer
+        sees it.
+        """
+        (q, _), (u, _), _ = self._polarised()
+        angle: Singles = np.degrees(0.5 * np.arctan2(u, q)).astype(np.float32)
+        return angle
+
+    def _polarised(self) -> list[tuple[Singles, Singles]]:
+        if self.polarisation is None:
+            raise InvalidInputError(
+                "this film holds the radiance alone", "render it with polarised=True"
+            )
+        return self.polarisation
 
     def directions(self) -> tuple[Floats, Floats]:
         """Where the middle of each pixel looks.
@@ -123,7 +176,8 @@ class Film:
         """Write a file, whole or not at all, in the format that its extension names.
 
         ``.png`` is for display (tone and exposure applied), ``.exr`` holds linear sRGB and the radiance at every
-        wavelength with its variance, ``.hdr`` linear sRGB, ``.nc`` what :meth:`xarray` gives, as NetCDF.
+        wavelength with its variance (and Q, U, V with theirs), ``.hdr`` linear sRGB, ``.nc`` what :meth:`xarray` gives,
+        as NetCDF.
 
         Parameters
         ----------
@@ -149,6 +203,7 @@ class Film:
             exposure=exposure,
             view=self._sensor,
             metadata=list(self.metadata.items()),
+            stokes=self._contiguous(),
         )
 
     @classmethod
@@ -204,6 +259,7 @@ class Film:
                 np.ascontiguousarray(film.variance, dtype=np.float32),
                 *film._seen()[1:],
                 list(film.metadata.items()),
+                film._contiguous(),
             )
             for film in (self, *others)
         ]
@@ -212,11 +268,11 @@ class Film:
     @classmethod
     def _of(
         cls,
-        parts: tuple[Singles, Singles, NDArray[np.uint32], Floats, list[tuple[str, str]]],
+        parts: _Parts,
         sensor: _core.Sensor | None = None,
     ) -> Film:
-        radiance, variance, samples, wavelength_nm, metadata = parts
-        return cls(radiance, variance, samples, wavelength_nm, dict(metadata), sensor)
+        radiance, variance, samples, wavelength_nm, metadata, stokes = parts
+        return cls(radiance, variance, samples, wavelength_nm, dict(metadata), sensor, stokes)
 
     def xarray(self) -> xarray.Dataset:
         """The film as a dataset with CF metadata; needs ``celaje[xarray]``.
@@ -225,7 +281,9 @@ class Film:
         -------
         xarray.Dataset
             ``radiance`` and ``radiance_variance`` over (y, x, wavelength), sharing memory with the film; `samples`,
-            ``vza_deg`` and ``vaa_deg`` (where the observer looks) over (y, x).
+            ``vza_deg`` and ``vaa_deg`` (where the observer looks) over (y, x). With polarisation also ``stokes_q``,
+            ``stokes_u``, ``stokes_v``, their variances, ``degree_of_linear_polarisation`` and
+            ``angle_of_polarisation_deg``.
         """
         try:
             import xarray
@@ -252,6 +310,25 @@ class Film:
             "radiance_variance": (cube, self.variance, variance),
             "samples": (pixels, self.samples, {"units": "1", "long_name": "paths per pixel"}),
         }
+        for name, (mean, of_mean) in zip("quv", self.polarisation or [], strict=False):
+            meaning = f"Stokes component {name.upper()} beside the radiance I"
+            data[f"stokes_{name}"] = (cube, mean, {"units": unit, "long_name": meaning})
+            data[f"stokes_{name}_variance"] = (
+                cube,
+                of_mean,
+                {"units": f"({unit})2", "long_name": "variance of its mean"},
+            )
+        if self.polarisation is not None:
+            data["degree_of_linear_polarisation"] = (
+                cube,
+                self.degree_of_polarisation,
+                {"units": "1", "long_name": "sqrt(Q2 + U2) / I"},
+            )
+            data["angle_of_polarisation_deg"] = (
+                cube,
+                self.angle_of_polarisation_deg,
+                {"units": "degree", "long_name": "angle of the electric field from theta to phi"},
+            )
         coordinates: dict[str, object] = {
             "wavelength": ("wavelength", self.wavelength_nm, wavelength)
         }
@@ -271,6 +348,17 @@ class Film:
                 coordinates[key] = ((), angle, {"units": "degree", "standard_name": name})
         attributes = {"Conventions": "CF-1.11", "source": f"celaje {_core.__version__}"}
         return xarray.Dataset(data, coordinates, {**attributes, **self.metadata})
+
+    def _contiguous(self) -> list[tuple[Singles, Singles]] | None:
+        if self.polarisation is None:
+            return None
+        return [
+            (
+                np.ascontiguousarray(mean, dtype=np.float32),
+                np.ascontiguousarray(variance, dtype=np.float32),
+            )
+            for mean, variance in self.polarisation
+        ]
 
     def _seen(self) -> tuple[Singles, NDArray[np.uint32], Floats]:
         return (

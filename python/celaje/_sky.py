@@ -88,6 +88,7 @@ class Sky:
         max_order: int | None = None,
         seed: int = 0,
         threads: int | None = None,
+        polarised: bool | None = None,
     ) -> Film:
         """Render a picture; Ctrl-C stops it within a tenth of a second.
 
@@ -107,8 +108,8 @@ class Sky:
         sun_disc : str
             ``"on"``, ``"off"`` or ``"only"``.
         method : str, optional
-            ``"shells"`` (default, without noise), ``"path"`` (default if `spp`, `noise` or `time_limit` is given),
-            ``"tracker"`` or ``"classic"``.
+            ``"shells"`` (default, without noise), ``"path"`` (default if `spp`, `noise` or `time_limit` is given or
+            `polarised` is True), ``"tracker"`` or ``"classic"``.
         accuracy : str
             How finely ``"shells"`` cuts: ``"preview"``, ``"default"`` or ``"high"``.
         noise : float, optional
@@ -124,6 +125,10 @@ class Sky:
             The same seed gives the same bits, on any number of threads.
         threads : int, optional
             1 to 1024; all cores by default.
+        polarised : bool, optional
+            True: :attr:`Film.stokes` holds I, Q, U and V of every pixel, with the method ``"path"`` only; the noise
+            aimed at is that of I. False: scalar light. None (default): the radiance of light that is polarised on its
+            way, where the method knows how.
 
         Returns
         -------
@@ -146,12 +151,13 @@ class Sky:
         """
         sensor = read_sensor(projection, size, fov, look)
         if method is None:
-            method = "shells" if spp is None and noise is None and time_limit is None else "path"
+            by_shells = spp is None and noise is None and time_limit is None and not polarised
+            method = "shells" if by_shells else "path"
         open_ended = noise is not None or time_limit is not None
         default_spp = MOST_PATHS if open_ended else DEFAULT_SPP
         spp = read_count("spp", default_spp if spp is None else spp, MAX_SPP)
         seed = read_count("seed", seed, 2**64 - 1, least=0)
-        radiance, variance, samples, _ = self._raw.render(
+        radiance, variance, samples, stokes = self._raw.render(
             sensor,
             method,
             accuracy,
@@ -163,6 +169,7 @@ class Sky:
             read_threads(threads),
             noise,
             time_limit,
+            polarised,
         )
         metadata = dict(self._origin)
         if self._conditions is not None:
@@ -180,10 +187,12 @@ class Sky:
             metadata["noise"] = f"{noise:g}"
         if time_limit is not None:
             metadata["time_limit"] = f"{time_limit:g} s"
+        if method == "path":
+            metadata["polarised"] = {True: "on", False: "off", None: "radiance"}[polarised]
         metadata["max_order"] = "all" if max_order is None else str(max_order)
         metadata["version"] = _core.__version__
         metadata.update(sensor.description())
-        return Film(radiance, variance, samples, self.wavelength_nm, metadata, sensor)
+        return Film(radiance, variance, samples, self.wavelength_nm, metadata, sensor, stokes)
 
     def radiance(
         self,
@@ -240,7 +249,7 @@ class Sky:
         Notes
         -----
         For `noise` each direction is followed by two halves of paths that share no random number; how long one goes on
-        is decided by the noise of the other, so that no value has a say in how much it counts. What is aimed at is 0.65
+        is decided by the noise of the other, so that no value has a say in how much it counts. What is aimed at is 0.8
         of the noise asked for.
 
         Examples
@@ -254,7 +263,8 @@ class Sky:
         azimuth, elevation = read_directions(azimuth_deg, elevation_deg)
         sensor = _core.Sensor.directions(azimuth, elevation)
         max_order, threads = read_order(max_order), read_threads(threads)
-        if method is None and spp is None and noise is None and self.is_baked:
+        by_paths = spp is not None or noise is not None or bool(polarised)
+        if method is None and self.is_baked and not by_paths:
             method = "shells"
 
         seed = read_count("seed", seed, 2**64 - 1, least=0)

@@ -26,7 +26,8 @@ use crate::progress::ProgressMode;
     after_help = "\
 .png shows (tone curve, exposure); .exr holds linear colours in cd/m2 and the spectral radiance at every wavelength in
 W m-2 sr-1 nm-1 with its variance (with --polarised on, Q, U and V too); .hdr holds linear colours in cd/m2; .nc is NetCDF
-with CF names: the same spectra without Q, U and V, and where each pixel looks.
+with CF names: the same, where each pixel looks and, with --polarised on, degree and angle of polarisation. Q, U, V and the
+angle refer to the vertical plane of the direction looked at: Q > 0 where the electric field lies in it.
 
 Examples:
   celaje render --at -33.4,-70.6 --time 2026-06-21T09:30-04:00 -o dawn.png

@@ -9,7 +9,7 @@ use std::process::Output;
 use celaje::image::read_exr;
 use support::{celaje, listing};
 
-/// A small sky with some haze, by paths. Without the sun's disc, which a path through so wide a pixel seldom meets.
+/// A small sky with some haze, by paths.
 const SKY: [&str; 8] = [
     "--sun-elevation",
     "20",
@@ -47,7 +47,6 @@ fn bad(folder: &Path, command: &str, args: &[&[&str]], exit: i32, word: &str) {
 }
 
 #[test]
-#[ignore = "not met: 5.7 % is reached where 5 % is asked for; make accuracy runs it"]
 fn noise_is_reached_and_said() {
     let folder = tempfile::tempdir().unwrap();
     let said = good(
@@ -60,8 +59,7 @@ fn noise_is_reached_and_said() {
         "{said}"
     );
     let (film, metadata) = read_exr(&folder.path().join("a.exr")).unwrap();
-    // What is aimed at is a third lower; what is measured is itself a little uncertain.
-    assert!(film.noise().unwrap() < 0.055, "{:?}", film.noise());
+    assert!(film.noise().unwrap() <= 0.05, "{:?}", film.noise());
     let find = |name: &str| &metadata.iter().find(|(n, _)| n == name).unwrap().1;
     assert_eq!(find("noise"), "0.05");
     assert!(find("spp").parse::<u32>().unwrap() >= 64);
@@ -72,6 +70,30 @@ fn noise_is_reached_and_said() {
         said.contains("note: ") && said.contains("0.01 % was asked for"),
         "{said}"
     );
+}
+
+/// The disc is a thousandth of so wide a pixel, and brighter than the rest of the picture: it is reached all the same, high and on
+/// the horizon, where the rim of the picture cuts it.
+#[test]
+fn noise_is_reached_with_the_disc() {
+    let folder = tempfile::tempdir().unwrap();
+    for elevation in ["20", "0.1"] {
+        let words = [
+            "--sun-elevation",
+            elevation,
+            "--sun-disc",
+            "on",
+            "--noise",
+            "5%",
+            "--spp",
+            "16384",
+            "-o",
+            "a.exr",
+        ];
+        good(folder.path(), "render", &[&SKY[2..4], &SKY[6..], &words]);
+        let (film, _) = read_exr(&folder.path().join("a.exr")).unwrap();
+        assert!(film.noise().unwrap() <= 0.05, "{:?}", film.noise());
+    }
 }
 
 #[test]

@@ -21,6 +21,7 @@ use pyo3::types::PyDict;
 
 use crate::conditions::Conditions;
 use crate::error::Outcome;
+use crate::film::{stokes_arrays, StokesArrays};
 use crate::inventory::Inventory;
 use crate::medium::{Medium, Phase};
 use crate::own_aerosol::OwnAerosol;
@@ -33,7 +34,7 @@ type FilmArrays<'py> = (
     Bound<'py, PyArray3<f32>>,
     Bound<'py, PyArray3<f32>>,
     Bound<'py, PyArray2<u32>>,
-    Option<Vec<[Bound<'py, PyArray3<f32>>; 2]>>,
+    StokesArrays<'py>,
 );
 
 /// A sky.
@@ -192,21 +193,13 @@ impl Sky {
             Ok(outcome.film)
         })?;
         let shape = [film.height, film.width, film.wavelength_nm.len()];
-        let stokes = film.polarisation.map(|p| {
-            let planes = [p.q, p.u, p.v].into_iter();
-            let arrays = planes.map(|plane| {
-                let mean = plane.mean.into_pyarray(py).reshape(shape)?;
-                Ok([mean, plane.variance.into_pyarray(py).reshape(shape)?])
-            });
-            arrays.collect::<Outcome<Vec<_>>>()
-        });
         Ok((
             film.radiance.into_pyarray(py).reshape(shape)?,
             film.variance.into_pyarray(py).reshape(shape)?,
             film.samples
                 .into_pyarray(py)
                 .reshape([film.height, film.width])?,
-            stokes.transpose()?,
+            stokes_arrays(py, film.polarisation, shape)?,
         ))
     }
 

@@ -24,6 +24,7 @@ const STOKES_BASIS: &str =
 /// |---|---|---|
 /// | `radiance`, `radiance_variance` | y, x, wavelength | as the film; NaN where the sensor sees nothing |
 /// | `stokes_q`, `stokes_u`, `stokes_v` and their variances | the same | where they were solved for |
+/// | `degree_of_linear_polarisation`, `angle_of_polarisation_deg` | the same | the same |
 /// | `samples` | y, x | paths behind each pixel |
 /// | `vza_deg`, `vaa_deg` | y, x | where the middle of a pixel looks, if the sensor is known |
 /// | `sza_deg`, `saa_deg`, `latitude`, `longitude`, `time`, … | | what the metadata tell of sun, place and time |
@@ -143,6 +144,33 @@ pub(super) fn film_dataset<'a>(
                 ),
             ]);
         }
+        let derived = move |of: fn(&Film, usize, usize) -> Option<f32>| -> Values<'a> {
+            Values::Singles(Box::new(move |i| match film.samples[i / w] {
+                0 => f32::NAN,
+                _ => of(film, i / w, i % w).unwrap_or(f32::NAN),
+            }))
+        };
+        variables.extend([
+            Variable::new(
+                "degree_of_linear_polarisation",
+                &cube,
+                (
+                    "1",
+                    "sqrt(Q2 + U2) / I, too large by noise where there is little",
+                ),
+                derived(Film::degree_of_polarisation),
+            ),
+            Variable::new(
+                "angle_of_polarisation_deg",
+                &cube,
+                (
+                    "degree",
+                    "angle of the electric field from theta towards phi",
+                ),
+                derived(Film::angle_of_polarisation_deg),
+            )
+            .with("comment", STOKES_BASIS),
+        ]);
     }
     Ok(Dataset {
         dimensions: vec![("y", film.height), ("x", film.width), ("wavelength", w)],

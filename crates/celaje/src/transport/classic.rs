@@ -28,7 +28,7 @@ impl<M: Medium> Integrator<M> for Classic {
         let max_order = control.budget.max_order;
         let w = scene.medium.wavelength_nm().len();
         monte_carlo(
-            scene.medium,
+            scene,
             observer,
             sensor,
             control,
@@ -48,9 +48,24 @@ impl<M: Medium> Integrator<M> for Classic {
 struct Walkers<'a, M: Medium>(Vec<Walker<'a, M>>);
 
 impl<M: Medium> Estimator for Walkers<'_, M> {
-    fn add_estimate(&mut self, ray: &Ray, sun_disc: bool, sampler: &mut Sampler, out: &mut [f32]) {
+    const DISC_POINTS: u32 = 4;
+
+    fn add_estimate(&mut self, ray: &Ray, sampler: &mut Sampler, out: &mut [f32]) {
         for (walker, out) in self.0.iter().zip(out) {
-            *out += walker.radiance(ray, sun_disc, sampler.rng()) as f32;
+            *out += walker.radiance(ray, sampler.rng()) as f32;
+        }
+    }
+
+    fn add_disc(
+        &mut self,
+        ray: &Ray,
+        mu_squared: f64,
+        factor: f32,
+        rng: &mut Rng,
+        out: &mut [f32],
+    ) {
+        for (walker, out) in self.0.iter().zip(out) {
+            *out += factor * walker.sun_seen(ray, mu_squared, rng) as f32;
         }
     }
 }
@@ -77,7 +92,7 @@ impl<'a, M: Medium> Walker<'a, M> {
     }
 
     /// One unbiased estimate of the radiance arriving along a ray \[W m⁻² sr⁻¹ nm⁻¹\].
-    fn radiance(&self, ray: &Ray, sun_disc: bool, rng: &mut Rng) -> f64 {
+    fn radiance(&self, ray: &Ray, rng: &mut Rng) -> f64 {
         let (scene, medium) = (self.scene, self.scene.medium);
         let mut ray = *ray;
         let mut throughput = 1.0;
@@ -117,11 +132,8 @@ impl<'a, M: Medium> Walker<'a, M> {
                     direction,
                 }
             } else {
-                // Out of the air: the universe, and the sun if the observer looks straight at it.
+                // Out of the air: the universe.
                 radiance += throughput * f64::from(scene.background[self.lane]);
-                if order == 0 && sun_disc {
-                    radiance += self.sun_seen(ray.direction);
-                }
                 break;
             };
             if throughput < ROULETTE_BELOW {
@@ -206,12 +218,11 @@ impl<'a, M: Medium> Walker<'a, M> {
         irradiance * normal.dot(towards).max(0.0) / std::f64::consts::PI
     }
 
-    fn sun_seen(&self, direction: Vec3) -> f64 {
+    /// Radiance of a point of the sun's disc, after the air.
+    fn sun_seen(&self, ray: &Ray, mu_squared: f64, rng: &mut Rng) -> f64 {
         let sun = &self.scene.sun;
-        sun.disc(direction).map_or(0.0, |mu_squared| {
-            f64::from(sun.irradiance[self.lane]) * sun.limb_at(mu_squared, self.lane)
-                / sun.solid_angle_sr()
-        })
+        let irradiance = f64::from(sun.irradiance[self.lane]) * sun.limb_at(mu_squared, self.lane);
+        irradiance / sun.solid_angle_sr() * self.transmittance(ray.origin, ray.direction, rng)
     }
 
     /// A new direction: one species by its share of the scattering, then its phase function.

@@ -249,7 +249,7 @@ impl FirstOrder {
         }
     }
 
-    /// Adds one estimate of the light scattered not at all and, if `parts.1`, once. `parts.0`: the sun's disc is seen.
+    /// Adds one estimate of the light from outside the air, without the sun's disc, and, if `scattered`, of the light scattered once.
     #[inline(always)]
     pub fn add(
         &mut self,
@@ -257,30 +257,26 @@ impl FirstOrder {
         columns: &Columns,
         rows: &mut Rows,
         ray: &Ray,
-        parts: (bool, bool),
+        scattered: bool,
         sampler: &mut Sampler,
         out: &mut [f32],
     ) {
         let place = sampler.uniform();
         let (towards, mu_squared) = scene.sun.sample(sampler.uniform(), sampler.uniform());
         let Some(stretch) = Stretch::new(scene.medium, ray) else {
-            rows.transmittance.fill(1.0);
-            self.add_unscattered(scene, &rows.transmittance, ray.direction, parts.0, out);
+            for (o, &b) in out.iter_mut().zip(&scene.background) {
+                *o += b;
+            }
             return;
         };
-        if !stretch.meets_ground && (parts.0 || !self.dark_universe) {
-            let Rows {
-                columns: through,
-                start,
-                tangent,
-                ..
-            } = rows;
-            RayColumns::new(columns, &stretch.ray, start, tangent).to_space(through);
-            columns.optical_depth(&rows.columns, &mut rows.tau);
-            lanes::exp_neg(&rows.tau, &mut rows.transmittance);
-            self.add_unscattered(scene, &rows.transmittance, ray.direction, parts.0, out);
+        if !stretch.meets_ground && !self.dark_universe {
+            transmittance_to_space(columns, rows, &stretch.ray);
+            let behind = rows.transmittance.iter().zip(&scene.background);
+            for (o, (&t, &b)) in out.iter_mut().zip(behind) {
+                *o += t * b;
+            }
         }
-        if !parts.1 {
+        if !scattered {
             return;
         }
         self.towards_sun = towards;
@@ -434,28 +430,43 @@ impl FirstOrder {
         }
     }
 
-    /// The universe and the sun's disc behind the air.
+    /// Adds `factor` times the radiance of the sun's disc behind the air, where a ray meets it at `mu_squared`.
     #[inline(always)]
-    fn add_unscattered(
+    pub fn add_disc(
         &mut self,
         scene: &Scene<'_, LayeredMedium>,
-        transmittance: &[f32],
-        direction: Vec3,
-        sun_disc: bool,
+        columns: &Columns,
+        rows: &mut Rows,
+        ray: &Ray,
+        (mu_squared, factor): (f64, f32),
         out: &mut [f32],
     ) {
-        for ((o, &t), &b) in out.iter_mut().zip(transmittance).zip(&scene.background) {
-            *o += t * b;
+        match Stretch::new(scene.medium, ray) {
+            Some(stretch) if stretch.meets_ground => return,
+            Some(stretch) => transmittance_to_space(columns, rows, &stretch.ray),
+            None => rows.transmittance.fill(1.0),
         }
-        if let (true, Some(mu_squared)) = (sun_disc, scene.sun.disc(direction)) {
-            self.light.copy_from_slice(&scene.sun.irradiance);
-            scene.sun.limb(mu_squared, &mut self.light);
-            let scale = (1.0 / scene.sun.solid_angle_sr()) as f32;
-            for ((o, &t), &l) in out.iter_mut().zip(transmittance).zip(&self.light) {
-                *o += t * l * scale;
-            }
+        self.light.copy_from_slice(&scene.sun.irradiance);
+        scene.sun.limb(mu_squared, &mut self.light);
+        let factor = factor / scene.sun.solid_angle_sr() as f32;
+        for ((o, &t), &l) in out.iter_mut().zip(&rows.transmittance).zip(&self.light) {
+            *o += factor * t * l;
         }
     }
+}
+
+/// `rows.transmittance` = that of all the air along a ray from within it.
+#[inline(always)]
+fn transmittance_to_space(columns: &Columns, rows: &mut Rows, ray: &Ray) {
+    let Rows {
+        columns: through,
+        start,
+        tangent,
+        ..
+    } = rows;
+    RayColumns::new(columns, ray, start, tangent).to_space(through);
+    columns.optical_depth(&rows.columns, &mut rows.tau);
+    lanes::exp_neg(&rows.tau, &mut rows.transmittance);
 }
 
 /// `rows.columns` = columns from the start of a stretch to a distance.

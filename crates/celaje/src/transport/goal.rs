@@ -61,7 +61,7 @@ pub struct Reins<'a> {
 pub const MOST_PATHS: u32 = 1 << 22;
 
 /// Share of the noise asked for that is aimed at, since noise is itself only known from samples.
-const AIM: f64 = 0.65;
+const AIM: f64 = 0.8;
 
 /// Paths of the first batch of a half: judged in blocks of 64 pixels together, or in single directions.
 const FIRST_BATCH: [u32; 2] = [32, 256];

@@ -10,6 +10,7 @@
 //! | [`Classic`] | any | textbook, one wavelength at a time: the oracle of both, and the yardstick of the benchmarks |
 
 mod classic;
+mod disc;
 mod first_order;
 mod goal;
 mod guide;

@@ -22,7 +22,7 @@ use super::walker::{Walker, GUIDED_BELOW};
 use super::Integrator;
 use crate::error::Result;
 use crate::film::Film;
-use crate::math::Sampler;
+use crate::math::{Rng, Sampler};
 use crate::medium::{Columns, LayeredMedium, Medium, Ray};
 use crate::sensor::Sensor;
 
@@ -78,14 +78,14 @@ impl Integrator<LayeredMedium> for PolarisedPath {
         control: &Control<'_>,
     ) -> Result<Film> {
         let (columns, guide) = prepared(scene, observer, control, true);
-        let (medium, sampling) = (scene.medium, Sampling::Replicated);
+        let sampling = Sampling::Replicated;
         let orders = control.budget.max_order;
         let walker = || Walker::new(scene, &columns, guide.as_ref(), orders).polarised(self.stokes);
         if self.stokes {
             let worker = || StokesWalker(walker());
-            monte_carlo(medium, observer, sensor, control, sampling, worker)
+            monte_carlo(scene, observer, sensor, control, sampling, worker)
         } else {
-            monte_carlo(medium, observer, sensor, control, sampling, walker)
+            monte_carlo(scene, observer, sensor, control, sampling, walker)
         }
     }
 }
@@ -100,7 +100,7 @@ fn render(
     let (columns, guide) = prepared(scene, observer, control, guided);
     let orders = control.budget.max_order;
     monte_carlo(
-        scene.medium,
+        scene,
         observer,
         sensor,
         control,
@@ -128,13 +128,29 @@ fn prepared(
     (columns, guide)
 }
 
+/// A point of the disc costs some twentieth of a path.
+const DISC_POINTS: u32 = 16;
+
 impl Estimator for Walker<'_> {
     fn prepare(&mut self, centre: Option<&Ray>) {
         prepare(self, centre);
     }
 
-    fn add_estimate(&mut self, ray: &Ray, sun_disc: bool, sampler: &mut Sampler, out: &mut [f32]) {
-        add_estimate(self, ray, sun_disc, sampler, out);
+    const DISC_POINTS: u32 = DISC_POINTS;
+
+    fn add_estimate(&mut self, ray: &Ray, sampler: &mut Sampler, out: &mut [f32]) {
+        add_estimate(self, ray, sampler, out);
+    }
+
+    fn add_disc(
+        &mut self,
+        ray: &Ray,
+        mu_squared: f64,
+        factor: f32,
+        _rng: &mut Rng,
+        out: &mut [f32],
+    ) {
+        add_disc(self, ray, mu_squared, factor, out);
     }
 }
 
@@ -148,25 +164,42 @@ impl Estimator for StokesWalker<'_> {
         prepare(&mut self.0, centre);
     }
 
-    fn add_estimate(&mut self, ray: &Ray, sun_disc: bool, sampler: &mut Sampler, out: &mut [f32]) {
-        add_estimate(&mut self.0, ray, sun_disc, sampler, out);
+    const DISC_POINTS: u32 = DISC_POINTS;
+
+    fn add_estimate(&mut self, ray: &Ray, sampler: &mut Sampler, out: &mut [f32]) {
+        add_estimate(&mut self.0, ray, sampler, out);
+    }
+
+    /// Sunlight is unpolarised, and the air does not change that on a straight way.
+    fn add_disc(
+        &mut self,
+        ray: &Ray,
+        mu_squared: f64,
+        factor: f32,
+        _rng: &mut Rng,
+        out: &mut [f32],
+    ) {
+        add_disc(&mut self.0, ray, mu_squared, factor, out);
     }
 }
 
-/// These two are where the processor's vector width is chosen.
+/// These three are where the processor's vector width is chosen.
 #[multiversion(targets(
     "x86_64+avx512f+avx512bw+avx512dq+avx512vl",
     "x86_64+avx2+fma",
     "aarch64+neon"
 ))]
-fn add_estimate<'a>(
-    walker: &mut Walker<'a>,
-    ray: &Ray,
-    sun_disc: bool,
-    sampler: &mut Sampler,
-    out: &mut [f32],
-) {
-    walker.walk(ray, sun_disc, sampler, out);
+fn add_estimate<'a>(walker: &mut Walker<'a>, ray: &Ray, sampler: &mut Sampler, out: &mut [f32]) {
+    walker.walk(ray, sampler, out);
+}
+
+#[multiversion(targets(
+    "x86_64+avx512f+avx512bw+avx512dq+avx512vl",
+    "x86_64+avx2+fma",
+    "aarch64+neon"
+))]
+fn add_disc<'a>(walker: &mut Walker<'a>, ray: &Ray, mu_squared: f64, factor: f32, out: &mut [f32]) {
+    walker.add_disc(ray, mu_squared, factor, out);
 }
 
 #[multiversion(targets(

@@ -4,6 +4,8 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use rayon::prelude::*;
 
+use super::disc::DiscRegion;
+use super::scene::Scene;
 use crate::error::{check_range, Error, Result};
 use crate::film::Film;
 use crate::math::{Rng, Sampler, Vec3};
@@ -43,6 +45,49 @@ pub struct Control<'a> {
 /// Paths between two looks at the cancel flag: below 50 ms even for long twilight paths.
 const CANCEL_STRIDE: u32 = 64;
 
+/// Sets the random numbers of the sun's disc apart from those of the paths.
+const DISC_STREAM: u64 = 0x5d15_c0ff_5ee0_f1a6;
+
+/// Points across a pixel, each way, at which it is looked whether a sensor sees anything through it.
+const VIEW_POINTS: usize = 32;
+
+/// Most points tried for one path through a pixel of which the sensor sees a part only.
+const MOST_TRIES: u32 = 1 << 14;
+
+/// Whether a sensor sees anything through a pixel; a part of less than about a thousandth may be missed, and is black.
+///
+/// `look` is the direction through a point of the pixel, in [0, 1]².
+fn sees_anything(look: impl Fn(f64, f64) -> Option<Ray>) -> bool {
+    let corners = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)];
+    let place = |k: usize| (k as f64 + 0.5) / VIEW_POINTS as f64;
+    let points =
+        (0..VIEW_POINTS * VIEW_POINTS).map(|i| (place(i % VIEW_POINTS), place(i / VIEW_POINTS)));
+    corners
+        .into_iter()
+        .chain(points)
+        .any(|(u, v)| look(u, v).is_some())
+}
+
+/// A ray through a pixel, uniform over the part of it that the sensor sees, and how many points were tried for it: on average
+/// the inverse of that part.
+///
+/// Every path then sees the sky. If those beside it counted as paths that see nothing, a pixel on the rim of a fisheye would be
+/// left with a few per cent of its paths, and with an error told from hardly any.
+#[inline(always)]
+fn ray_through(
+    look: impl Fn(f64, f64) -> Option<Ray>,
+    sampler: &mut Sampler,
+) -> (Option<Ray>, u32) {
+    let (mut u, mut v) = (sampler.uniform(), sampler.uniform());
+    for tries in 1..=MOST_TRIES {
+        if let Some(ray) = look(u, v) {
+            return (Some(ray), tries);
+        }
+        (u, v) = (sampler.rng().uniform(), sampler.rng().uniform());
+    }
+    (None, MOST_TRIES)
+}
+
 /// One unbiased estimate of the light along a ray after another.
 pub(crate) trait Estimator {
     /// Called once before a pixel's estimates, with the ray through its centre if that sees anything.
@@ -51,8 +96,17 @@ pub(crate) trait Estimator {
     /// Stokes components of an estimate: 1 for the radiance alone, 4 for I, Q, U, V.
     const COMPONENTS: usize = 1;
 
-    /// Adds one estimate of the spectral radiance along a ray to a row for each component, one after the other.
-    fn add_estimate(&mut self, ray: &Ray, sun_disc: bool, sampler: &mut Sampler, out: &mut [f32]);
+    /// Points of the sun's disc that are looked at for every path through a pixel that shows it.
+    const DISC_POINTS: u32;
+
+    /// Adds one estimate of the spectral radiance along a ray, without the sun's disc behind the air, to a row for each
+    /// component, one after the other.
+    fn add_estimate(&mut self, ray: &Ray, sampler: &mut Sampler, out: &mut [f32]);
+
+    /// Adds `factor` times one estimate of the radiance of the sun's disc, behind the air, to the first row.
+    ///
+    /// `ray` meets the disc where the squared cosine of [`super::SunLight::sample`] is `mu_squared`.
+    fn add_disc(&mut self, ray: &Ray, mu_squared: f64, factor: f32, rng: &mut Rng, out: &mut [f32]);
 }
 
 /// How a pixel's estimates relate to each other.
@@ -80,14 +134,14 @@ impl Sampling {
 
 /// Renders by asking an estimator for every path; `worker()` makes one for each thread that needs it.
 pub(crate) fn monte_carlo<M: Medium, E: Estimator>(
-    medium: &M,
+    scene: &Scene<'_, M>,
     observer: &Observer,
     sensor: &dyn Sensor,
     control: &Control<'_>,
     sampling: Sampling,
     worker: impl Fn() -> E + Sync,
 ) -> Result<Film> {
-    let budget = control.budget;
+    let (medium, budget) = (scene.medium, control.budget);
     check_range("spp", f64::from(budget.spp), "", 1.0..=1e9)?;
     let (width, height) = sensor.size();
     let wavelength_nm = medium.wavelength_nm();
@@ -106,21 +160,26 @@ pub(crate) fn monte_carlo<M: Medium, E: Estimator>(
         .try_for_each_init(
             || {
                 let statistics = PixelStatistics::new(E::COMPONENTS * medium.lanes());
-                (worker(), statistics)
+                (worker(), statistics, DiscRegion::default())
             },
-            |(estimator, statistics), (pixel, out)| {
+            |(estimator, statistics, disc), (pixel, out)| {
                 let (row, column) = (pixel / width, pixel % width);
-                let look = |u, v| {
-                    let direction = sensor.direction(column, row, u, v)?;
-                    Some(Ray { origin, direction })
-                };
+                let direction = |u, v| sensor.direction(column, row, u, v);
+                let towards = |direction| Ray { origin, direction };
+                let look = |u, v| direction(u, v).map(towards);
                 let mut rng = Rng::new(budget.seed, sensor.stream(pixel));
                 let scramble = rng.bits();
                 let mut sampler = Sampler::random(rng);
                 statistics.clear();
                 estimator.prepare(look(0.5, 0.5).as_ref());
+                let replicates = if sees_anything(look) { replicates } else { 0 };
+                if observer.sun_disc && replicates > 0 {
+                    disc.find(&scene.sun, &direction);
+                }
+                // Numbers of its own, so that the sky beside the disc is the same without it.
+                let mut disc_rng = Rng::new(budget.seed ^ DISC_STREAM, sensor.stream(pixel));
                 for replicate in 0..replicates {
-                    let mut seen = 0;
+                    let (mut seen, mut tried) = (0, 0);
                     for index in 0..length {
                         if index % CANCEL_STRIDE == 0 && control.cancel.load(Ordering::Relaxed) {
                             return Err(Error::Interrupted);
@@ -128,11 +187,29 @@ pub(crate) fn monte_carlo<M: Medium, E: Estimator>(
                         if sampling == Sampling::Replicated {
                             sampler.start(Some((scramble.wrapping_add(replicate), index)));
                         }
-                        if let Some(ray) = look(sampler.uniform(), sampler.uniform()) {
-                            let out = &mut statistics.estimate;
-                            estimator.add_estimate(&ray, observer.sun_disc, &mut sampler, out);
+                        let (ray, tries) = ray_through(look, &mut sampler);
+                        tried += tries;
+                        if let Some(ray) = ray {
+                            estimator.add_estimate(&ray, &mut sampler, &mut statistics.estimate);
                             seen += 1;
                         }
+                    }
+                    if !disc.is_empty() && observer.sun_disc {
+                        // Tries per path are, on average, the inverse of the part of the pixel that is seen, and that is what
+                        // the mean over this part is divided by.
+                        let (points, rng) = (E::DISC_POINTS * length, &mut disc_rng);
+                        let out = &mut statistics.estimate;
+                        let add = |towards_disc, mu_squared, area: f64, rng: &mut Rng| {
+                            let factor = (f64::from(tried) * area) as f32;
+                            estimator.add_disc(
+                                &towards(towards_disc),
+                                mu_squared,
+                                factor,
+                                rng,
+                                out,
+                            );
+                        };
+                        disc.scatter(&scene.sun, &direction, points, rng, add);
                     }
                     statistics.push(seen);
                 }

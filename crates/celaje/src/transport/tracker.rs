@@ -31,7 +31,7 @@ impl<M: Medium> Integrator<M> for Tracker {
         control: &Control<'_>,
     ) -> Result<Film> {
         monte_carlo(
-            scene.medium,
+            scene,
             observer,
             sensor,
             control,
@@ -50,14 +50,8 @@ const ROULETTE_BELOW: f32 = 0.4;
     "x86_64+avx2+fma",
     "aarch64+neon"
 ))]
-fn add_estimate<M: Medium>(
-    walker: &mut Walker<'_, M>,
-    ray: &Ray,
-    sun_disc: bool,
-    rng: &mut Rng,
-    out: &mut [f32],
-) {
-    walker.walk(ray, sun_disc, rng, out);
+fn add_estimate<M: Medium>(walker: &mut Walker<'_, M>, ray: &Ray, rng: &mut Rng, out: &mut [f32]) {
+    walker.walk(ray, rng, out);
 }
 
 /// What stopped a free flight.
@@ -77,8 +71,26 @@ struct Walker<'a, M: Medium> {
 }
 
 impl<M: Medium> Estimator for Walker<'_, M> {
-    fn add_estimate(&mut self, ray: &Ray, sun_disc: bool, sampler: &mut Sampler, out: &mut [f32]) {
-        add_estimate(self, ray, sun_disc, sampler.rng(), out);
+    const DISC_POINTS: u32 = 4;
+
+    fn add_estimate(&mut self, ray: &Ray, sampler: &mut Sampler, out: &mut [f32]) {
+        add_estimate(self, ray, sampler.rng(), out);
+    }
+
+    fn add_disc(
+        &mut self,
+        ray: &Ray,
+        mu_squared: f64,
+        factor: f32,
+        rng: &mut Rng,
+        out: &mut [f32],
+    ) {
+        if self.sunlight_is_blocked(ray.origin, ray.direction) {
+            return;
+        }
+        self.weights.light.fill(1.0);
+        let factor = f64::from(factor) / self.scene.sun.solid_angle_sr();
+        self.add_sunlight(ray.origin, ray.direction, mu_squared, factor, rng, out);
     }
 }
 
@@ -95,7 +107,7 @@ impl<'a, M: Medium> Walker<'a, M> {
 
     /// Adds one unbiased estimate of the radiance arriving along a ray, at every wavelength.
     #[inline(always)]
-    fn walk(&mut self, ray: &Ray, sun_disc: bool, rng: &mut Rng, out: &mut [f32]) {
+    fn walk(&mut self, ray: &Ray, rng: &mut Rng, out: &mut [f32]) {
         let medium = self.scene.medium;
         let w = medium.wavelength_nm().len();
         self.weights.weight[..w].fill(1.0);
@@ -136,7 +148,7 @@ impl<'a, M: Medium> Walker<'a, M> {
                     }
                 }
                 (Event::Passed, _) => {
-                    self.add_outer_space(ray.direction, order == 0 && sun_disc, out);
+                    self.add_outer_space(out);
                     return;
                 }
             };
@@ -265,23 +277,10 @@ impl<'a, M: Medium> Walker<'a, M> {
 
     /// Light from outside the air, where the path leaves it.
     #[inline(always)]
-    fn add_outer_space(&mut self, direction: Vec3, sun_disc: bool, out: &mut [f32]) {
-        let Weights { weight, light, .. } = &mut self.weights;
-        for ((o, &w), &b) in out
-            .iter_mut()
-            .zip(weight.iter())
-            .zip(&self.scene.background)
-        {
+    fn add_outer_space(&self, out: &mut [f32]) {
+        let weights = self.weights.weight.iter().zip(&self.scene.background);
+        for (o, (&w, &b)) in out.iter_mut().zip(weights) {
             *o += w * b;
-        }
-        let sun = &self.scene.sun;
-        if let (true, Some(mu_squared)) = (sun_disc, sun.disc(direction)) {
-            light.copy_from_slice(weight);
-            sun.limb(mu_squared, light);
-            let scale = (1.0 / sun.solid_angle_sr()) as f32;
-            for ((o, &l), &e) in out.iter_mut().zip(light.iter()).zip(&sun.irradiance) {
-                *o += l * e * scale;
-            }
         }
     }
 

@@ -126,16 +126,24 @@ impl<'a> Walker<'a> {
         }
     }
 
+    /// Adds `factor` times the radiance of the sun's disc along a ray that meets it.
+    #[inline(always)]
+    pub fn add_disc(&mut self, ray: &Ray, mu_squared: f64, factor: f32, out: &mut [f32]) {
+        let (scene, rows) = (self.scene, &mut self.rows);
+        self.first
+            .add_disc(scene, self.columns, rows, ray, (mu_squared, factor), out);
+    }
+
     /// Adds one unbiased estimate of the radiance arriving along a ray, at every wavelength.
     #[inline(always)]
-    pub fn walk(&mut self, ray: &Ray, sun_disc: bool, sampler: &mut Sampler, out: &mut [f32]) {
+    pub fn walk(&mut self, ray: &Ray, sampler: &mut Sampler, out: &mut [f32]) {
         // Light that was not scattered, and light scattered once.
         self.first.add(
             self.scene,
             self.columns,
             &mut self.rows,
             ray,
-            (sun_disc, self.max_order >= 1),
+            self.max_order >= 1,
             sampler,
             out,
         );

@@ -15,12 +15,16 @@ use crate::film::Film;
 use crate::math::{lanes, Vec3};
 use crate::medium::{Medium, Ray, RayColumns};
 use crate::sensor::Sensor;
+use crate::transport::disc::DiscRegion;
 use crate::transport::render::{Control, Observer};
 use crate::transport::scene::SunLight;
 use crate::transport::stokes::{across_meridian, Turn};
 
-/// Points across a pixel, each way, at which the sun's disc is looked for.
-const DISC_POINTS: usize = 6;
+/// Points spread over the sun's disc in a pixel.
+const DISC_POINTS: u32 = 1024;
+
+/// Points across a pixel on the rim of the view, each way, at which it is looked how much of it is seen.
+const VIEW_POINTS: usize = 32;
 
 /// Pixels above which it pays to compute the sky on a grid of directions first.
 const MANY_PIXELS: usize = 4000;
@@ -150,6 +154,7 @@ pub struct Worker<'a> {
     parts: Vec<f32>,
     source: Vec<f32>,
     beam: Vec<f32>,
+    disc: DiscRegion,
 }
 
 impl<'a> Worker<'a> {
@@ -165,6 +170,7 @@ impl<'a> Worker<'a> {
             parts: vec![0.0; gatherer.parts()],
             source: vec![0.0; n],
             beam: vec![0.0; n],
+            disc: DiscRegion::default(),
         }
     }
 }
@@ -284,23 +290,17 @@ impl Worker<'_> {
     fn add_disc(&mut self, ray: &Ray, look: impl Fn(f64, f64) -> Option<Vec3>) {
         let g = self.gatherer;
         let sun = g.sun;
-        if !self.near_the_disc(ray.direction, &look) {
+        self.disc.find(sun, &look);
+        if self.disc.is_empty() {
             return;
         }
-        let points = (0..DISC_POINTS * DISC_POINTS).filter_map(|i| {
-            let place = |k: usize| (k as f64 + 0.5) / DISC_POINTS as f64;
-            look(place(i % DISC_POINTS), place(i / DISC_POINTS))
-        });
-        let (mut seen, mut hits) = (0, Vec::new());
-        for direction in points {
-            seen += 1;
-            if let Some(mu_squared) = sun.disc(direction) {
-                hits.push((direction, mu_squared));
-            }
-        }
+        let mut hits = Vec::new();
+        let keep = |direction, mu_squared, area| hits.push((direction, mu_squared, area));
+        self.disc.grid(sun, &look, DISC_POINTS, keep);
         if hits.is_empty() {
             return;
         }
+        let part_seen = part_seen(&look);
         let medium = &g.tables.medium;
         let columns = &g.tables.true_columns;
         let (mut start, mut tangent, mut through) = (
@@ -308,7 +308,7 @@ impl Worker<'_> {
             vec![0.0; columns.count()],
             vec![0.0; columns.count()],
         );
-        for (direction, mu_squared) in &hits {
+        for (direction, mu_squared, area) in &hits {
             let view = Ray {
                 origin: ray.origin,
                 direction: *direction,
@@ -329,7 +329,7 @@ impl Worker<'_> {
                 lanes::exp_neg(&self.source, &mut self.beam);
             }
             sun.limb(*mu_squared, &mut self.beam);
-            let scale = (1.0 / (sun.solid_angle_sr() * f64::from(seen))) as f32;
+            let scale = (area / (part_seen * sun.solid_angle_sr())) as f32;
             for ((l, &b), &e) in self
                 .radiance
                 .iter_mut()
@@ -340,16 +340,19 @@ impl Worker<'_> {
             }
         }
     }
+}
 
-    /// Whether a pixel may hold part of the sun's disc.
-    fn near_the_disc(&self, middle: Vec3, look: &impl Fn(f64, f64) -> Option<Vec3>) -> bool {
-        let corners = [(0.0, 0.0), (0.0, 1.0), (1.0, 0.0), (1.0, 1.0)];
-        let apart = |a: Vec3, b: Vec3| (a - b).dot(a - b).sqrt();
-        let reach = corners.map(|(u, v)| look(u, v).map_or(0.1, |c| apart(c, middle)));
-        let reach = reach.into_iter().fold(0.0, f64::max);
-        let sun = self.gatherer.sun;
-        apart(sun.direction, middle) < 1.5 * reach + 1.1 * sun.angular_radius_rad()
+/// The part of a pixel that the sensor sees.
+fn part_seen(look: &impl Fn(f64, f64) -> Option<Vec3>) -> f64 {
+    let corners = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)];
+    if corners.iter().all(|&(u, v)| look(u, v).is_some()) {
+        return 1.0;
     }
+    let place = |k: usize| (k as f64 + 0.5) / VIEW_POINTS as f64;
+    let points =
+        (0..VIEW_POINTS * VIEW_POINTS).map(|i| (place(i % VIEW_POINTS), place(i / VIEW_POINTS)));
+    let seen = points.filter(|&(u, v)| look(u, v).is_some()).count();
+    seen.max(1) as f64 / (VIEW_POINTS * VIEW_POINTS) as f64
 }
 
 /// `out = E (Σ_k p_k J_k + M)`; `parts` holds `J_k` for every species and `M` last.
