@@ -46,6 +46,8 @@ pub(super) struct Walker<'a> {
     pub first_mass: f32,
     /// Probabilities of the wavelengths to place the next collision.
     lost: Vec<f32>,
+    /// Their sums over blocks.
+    lost_sums: Block,
     /// Phase functions of the species in two directions, shape (species, lanes).
     phase: Vec<f32>,
     other_phase: Vec<f32>,
@@ -82,6 +84,7 @@ impl<'a> Walker<'a> {
             rows: Rows::new(lanes, columns.count()),
             first_mass: 0.0,
             lost: vec![0.0; lanes],
+            lost_sums: [0.0; BLOCK],
             phase: vec![0.0; lanes * species],
             other_phase: vec![0.0; lanes * species],
             background: scene.background.iter().any(|&l| l > 0.0),
@@ -222,18 +225,19 @@ impl<'a> Walker<'a> {
             return None;
         }
         let mass = mass / survival.min(1.0);
-        let target = u.event as f32 * (in_air + on_ground);
-        if target < on_ground {
+        // Far collisions and the ground behind them lie side by side in the range of one number.
+        let before_ground = f64::from(in_air / (in_air + on_ground));
+        if u.way >= before_ground {
             return self.meet_ground(leg, &way, mass / on_ground, order, &u);
         }
 
         // One wavelength places the collision.
-        let lane = lanes::pick(&self.lost, target - on_ground);
+        let lane = lanes::pick_by(&self.lost, &self.lost_sums, u.wavelength as f32 * in_air);
         let tau_end = self.columns.optical_depth_at(&self.rows.columns, lane);
         let (_, loss) = lanes::exp_and_loss(tau_end as f32);
-        let wanted = -(-u.distance * f64::from(loss)).ln_1p();
+        let wanted = -(-u.way / before_ground * f64::from(loss)).ln_1p();
         let distance_m = along.invert(lane, wanted, way.length_m, &mut self.rows.columns);
-        let (radius_m, _) = way.geometry.at(distance_m);
+        let radius_m = way.geometry.radius_at(distance_m);
         let at = leg.at + leg.direction * distance_m;
         // Mean density of collisions here over all wavelengths: Σ w σ_t T / mass.
         let density = self.arrive(radius_m);
@@ -279,6 +283,7 @@ impl<'a> Walker<'a> {
                 None => lanes::add_scaled(light, 1.0, &mut self.found),
             }
         }
+        self.lost_sums = in_air;
         lanes::tree_sum(in_air)
     }
 
@@ -303,7 +308,7 @@ impl<'a> Walker<'a> {
         if let Some(stokes) = &mut self.stokes {
             stokes.depolarise();
         }
-        if order > 1 && mu_sun > 0.0 && self.look_at_sun(radius_m, mu_sun) {
+        if order > 1 && mu_sun > 0.0 && self.look_at_sun(radius_m, radius_m * mu_sun) {
             let factor = (mu_sun / std::f64::consts::PI) as f32;
             let Weights { weight, light, .. } = &mut self.weights;
             let rows = blocks(weight).zip(blocks(&self.first.beam));
@@ -337,6 +342,7 @@ impl<'a> Walker<'a> {
             weight,
             split,
             split_sum,
+            split_sums,
             total,
             ..
         } = &mut self.weights;
@@ -362,6 +368,7 @@ impl<'a> Walker<'a> {
                 sum = each(|i| sum[i] + scattered[i]);
                 *row = scattered;
             }
+            split_sums[k] = sum;
             split_sum[k] = lanes::tree_sum(sum);
             *total += split_sum[k];
         }
@@ -370,20 +377,20 @@ impl<'a> Walker<'a> {
 
     /// Columns towards the sun; `false` where the planet stands before it.
     #[inline(always)]
-    fn look_at_sun(&mut self, radius_m: f64, mu_sun: f64) -> bool {
+    fn look_at_sun(&mut self, radius_m: f64, sunward_m: f64) -> bool {
         let Rows {
             sun_columns,
             sun_scratch,
             ..
         } = &mut self.rows;
-        columns_to_sun(self.columns, radius_m, mu_sun, sun_columns, sun_scratch)
+        columns_to_sun(self.columns, radius_m, sunward_m, sun_columns, sun_scratch)
     }
 
     /// Adds the sunlight that a vertex in the air sends into the path: Σ_k split_k p_k × transmittance × irradiance.
     #[inline(always)]
     pub fn find_sun(&mut self, at: Vec3, radius_m: f64, direction: Vec3, scale: f32) {
         let towards = self.first.towards_sun;
-        if !self.look_at_sun(radius_m, at.dot(towards) / radius_m) {
+        if !self.look_at_sun(radius_m, at.dot(towards)) {
             return;
         }
         let Weights {
