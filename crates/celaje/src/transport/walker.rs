@@ -18,14 +18,18 @@ pub(super) const GUIDED_BELOW: f64 = -0.035;
 /// Share of what the first collision could scatter, below which Russian roulette begins; the best of several measured.
 const ROULETTE_BELOW: f32 = 0.1;
 
-/// Share of the scattered directions that are drawn about the sun.
-const ABOUT_SUN: f64 = 0.2;
+/// Share of the scattered directions that are drawn about the sun: where phase functions have a peak forwards, and where it is
+/// sharp.
+const ABOUT_SUN: f64 = 0.1;
+const ABOUT_SUN_SHARP: f64 = 0.2;
 
-/// Value of a phase function forwards above which it has a peak to speak of \[sr⁻¹\]; an isotropic one has 0.08.
+/// Value of a phase function forwards above which it has a peak to speak of \[sr⁻¹\], and a sharp one; an isotropic one has 0.08,
+/// Henyey and Greenstein's of g = 0.7 has 1.5, haze some tens.
 const PEAK: f64 = 0.5;
+const SHARP_PEAK: f64 = 5.0;
 
-/// Sine of the sun's elevation at a vertex above which directions are drawn about it.
-const SUN_IN_REACH: f64 = -0.02;
+/// How far below a vertex's horizon directions are still drawn about the sun, as sine of an angle.
+const SUN_IN_REACH: f64 = 0.02;
 
 /// A path that has scattered this often is let go on by roulette alone; it only guards against endless loops in a medium
 /// that absorbs nothing over a white ground.
@@ -72,7 +76,8 @@ impl<'a> Walker<'a> {
     ) -> Self {
         let medium = scene.medium;
         let (lanes, species) = (medium.lanes(), medium.phases().len());
-        let peaked = medium.phases().iter().any(|p| p.eval_at(0, 1.0) > PEAK);
+        let peaks = medium.phases().iter().map(|p| p.eval_at(0, 1.0));
+        let forward = peaks.fold(0.0, f64::max);
         Self {
             scene,
             columns,
@@ -88,7 +93,11 @@ impl<'a> Walker<'a> {
             phase: vec![0.0; lanes * species],
             other_phase: vec![0.0; lanes * species],
             background: scene.background.iter().any(|&l| l > 0.0),
-            about_sun: if peaked { ABOUT_SUN } else { 0.0 },
+            about_sun: match forward {
+                p if p > SHARP_PEAK => ABOUT_SUN_SHARP,
+                p if p > PEAK => ABOUT_SUN,
+                _ => 0.0,
+            },
             memory: (vec![0.0; columns.count()], vec![0.0; columns.count()]),
             found: vec![0.0; lanes],
             stokes: None,
@@ -386,6 +395,17 @@ impl<'a> Walker<'a> {
         columns_to_sun(self.columns, radius_m, sunward_m, sun_columns, sun_scratch)
     }
 
+    /// Whether a vertex sees the sun above its horizon, which from aloft lies below the horizontal, or close to it: a peak about a sun
+    /// that has just set there still lights the haze above. `sunward_m` is the vertex's height above the plane through the planet's
+    /// centre that faces the sun.
+    #[inline(always)]
+    fn sun_in_reach(&self, sunward_m: f64, radius_m: f64) -> bool {
+        let depth_m = -(sunward_m + SUN_IN_REACH * radius_m);
+        let ground_m = self.columns.ground_m();
+        // Where the horizon is, sin² = 1 − (R / r)².
+        depth_m < 0.0 || depth_m * depth_m < (radius_m - ground_m) * (radius_m + ground_m)
+    }
+
     /// Adds the sunlight that a vertex in the air sends into the path: Σ_k split_k p_k × transmittance × irradiance.
     #[inline(always)]
     pub fn find_sun(&mut self, at: Vec3, radius_m: f64, direction: Vec3, scale: f32) {
@@ -453,7 +473,7 @@ impl<'a> Walker<'a> {
         }
         let mut share = 0.0;
         let mut axis = direction;
-        if self.about_sun > 0.0 && at.dot(sun) > SUN_IN_REACH * radius_m {
+        if self.about_sun > 0.0 && self.sun_in_reach(at.dot(sun), radius_m) {
             share = self.about_sun;
             if u[0] < share {
                 axis = sun;
