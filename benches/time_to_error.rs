@@ -21,7 +21,7 @@ use celaje::medium::{from_atmosphere, LayeredMedium};
 use celaje::optics::{AerosolOptics, AngleGrid, Phase};
 use celaje::sensor::{Fisheye, Sensor};
 use celaje::transport::{
-    Budget, Classic, Control, Integrator, Observer, Path, Scene, SunLight, Tracker,
+    Budget, Classic, Control, Integrator, Observer, Path, PolarisedPath, Scene, SunLight, Tracker,
 };
 use celaje::{Film, Result, WavelengthGrid};
 use cpu_time::ThreadTime;
@@ -33,9 +33,12 @@ const TARGET: f64 = 1e-4;
 /// The classic integrator shares nothing between wavelengths, so every tenth tells the cost of all.
 const CLASSIC_STRIDE: usize = 10;
 
-/// What the command line asks for: `cargo bench --bench time_to_error -- fisheye 30 85` runs one scene under two suns;
-/// everything, if it names nothing.
+/// What the command line asks for: `cargo bench --bench time_to_error -- fisheye 30 85 path` runs one method on one scene under
+/// two suns; everything, if it names nothing. `spp=N` and `orders=N` replace the paths per pixel and limit the orders of
+/// `path`.
 struct Wanted(Vec<String>);
+
+const METHODS: [&str; 4] = ["path", "polarised", "tracker", "classic"];
 
 impl Wanted {
     fn from_arguments() -> Self {
@@ -45,6 +48,12 @@ impl Wanted {
                 .filter(|a| !a.starts_with('-'))
                 .collect(),
         )
+    }
+
+    /// The number given as `name=number`.
+    fn number(&self, name: &str) -> Option<u32> {
+        let value = |a: &String| a.strip_prefix(name)?.strip_prefix('=')?.parse().ok();
+        self.0.iter().find_map(value)
     }
 
     /// Whether something is named, or nothing of its kind.
@@ -88,7 +97,7 @@ impl Run {
         scene: &Scene<'_, LayeredMedium>,
         radius_m: f64,
         sensor: &dyn Sensor,
-        spp: u32,
+        (spp, max_order): (u32, Option<u32>),
     ) -> Result<Self> {
         let timed = |sensor: &dyn Sensor, spp: u32| -> Result<(Film, f64)> {
             let cancel = AtomicBool::new(false);
@@ -96,7 +105,7 @@ impl Run {
                 budget: Budget {
                     spp,
                     seed: 1,
-                    max_order: None,
+                    max_order,
                 },
                 cancel: &cancel,
                 progress: &|_, _| {},
@@ -244,36 +253,66 @@ fn hazy_fisheye(wanted: &Wanted) -> Result<()> {
     println!(
         "processor seconds of one core to 1 % noise, and how many times faster than classic\n"
     );
-    println!(
-        "| sun zenith | path | × | tracker | × | classic | path: µs per path, median over mean |"
-    );
+    println!("| sun zenith | method | seconds | × | µs per path | variance of a path / L² | median over mean |");
     println!("|---|---|---|---|---|---|---|");
+    let (scalar, polarised) = (Path, PolarisedPath { stokes: false });
     // Paths per pixel: more where light is rare, so that the noise itself is known well.
     for (zenith_deg, path_spp, tracker_spp, classic_spp) in [
-        (30.0, 4096, 16_384, 8192),
-        (60.0, 4096, 16_384, 8192),
-        (85.0, 8192, 32_768, 16_384),
+        (30.0, 16_384, 16_384, 8192),
+        (60.0, 16_384, 16_384, 8192),
+        (85.0, 16_384, 32_768, 16_384),
         (90.0, 16_384, 65_536, 16_384),
-        (94.0, 131_072, 131_072, 32_768),
+        (94.0, 65_536, 131_072, 32_768),
     ] {
         if !wanted.has(&zenith_deg.to_string(), &["30", "60", "85", "90", "94"]) {
             continue;
         }
         let scene = scene_under(&medium, &grid, zenith_deg)?;
-        let path = Run::new(&Path, &scene, PLANET_RADIUS_M, &pixels, path_spp)?;
-        let tracker = Run::new(&Tracker, &scene, PLANET_RADIUS_M, &pixels, tracker_spp)?;
-        let scene = scene_under(&medium_of_few, &few, zenith_deg)?;
-        let classic = Run::new(&Classic, &scene, PLANET_RADIUS_M, &pixels, classic_spp)?;
-        let path_s = path.seconds_to_target(&path.film, 1, share);
-        let tracker_s = tracker.seconds_to_target(&path.film, 1, share);
-        let classic_s = classic.seconds_to_target(&path.film, CLASSIC_STRIDE, share_of_few);
-        println!(
-            "| {zenith_deg}° | {path_s:.1} | {:.0} | {tracker_s:.1} | {:.0} | {classic_s:.0} | {:.2}, {:.2} |",
-            classic_s / path_s,
-            classic_s / tracker_s,
-            1e6 * path.work_s / (f64::from(path_spp) * pixels.chosen.len() as f64),
-            path.median_over_mean()
-        );
+        let scene_of_few = scene_under(&medium_of_few, &few, zenith_deg)?;
+        let path_spp = wanted.number("spp").unwrap_or(path_spp);
+        let mut truth: Option<Film> = None;
+        let mut rows = Vec::new();
+        for (name, integrator, spp) in [
+            ("path", &scalar as &dyn Integrator<LayeredMedium>, path_spp),
+            ("polarised", &polarised, path_spp),
+            ("tracker", &Tracker, tracker_spp),
+            ("classic", &Classic, classic_spp),
+        ] {
+            if !wanted.has(name, &METHODS) {
+                continue;
+            }
+            let (scene, stride, share) = match name {
+                "classic" => (&scene_of_few, CLASSIC_STRIDE, share_of_few),
+                _ => (&scene, 1, share),
+            };
+            let work = (spp, wanted.number("orders"));
+            let run = Run::new(integrator, scene, PLANET_RADIUS_M, &pixels, work)?;
+            // The first method's radiance is what all are measured by; `path` where it runs.
+            let (seconds, relative) = match &truth {
+                None => (
+                    run.seconds_to_target(&run.film, 1, share),
+                    run.relative_variance(&run.film, 1),
+                ),
+                Some(film) => (
+                    run.seconds_to_target(film, stride, share),
+                    run.relative_variance(film, stride),
+                ),
+            };
+            let paths = f64::from(spp) * pixels.chosen.len() as f64;
+            rows.push((
+                name,
+                seconds,
+                1e6 * run.work_s / paths,
+                relative * f64::from(spp),
+                run.median_over_mean(),
+            ));
+            truth.get_or_insert(run.film);
+        }
+        let classic_s = rows.iter().find(|r| r.0 == "classic").map(|r| r.1);
+        for (name, seconds, us, relative, median) in rows {
+            let times = classic_s.map_or("-".into(), |c| format!("{:.0}", c / seconds));
+            println!("| {zenith_deg}° | {name} | {seconds:.1} | {times} | {us:.2} | {relative:.3} | {median:.2} |");
+        }
     }
     println!();
     Ok(())
@@ -288,11 +327,11 @@ fn peer_scene() -> Result<()> {
     let medium = peer::medium(grid.nm());
     let scene = peer::scene(&medium, grid.nm(), 60.0);
     let radius_m = peer::PLANET_RADIUS_M;
-    let path = Run::new(&Path, &scene, radius_m, &looks, 4096)?;
-    let tracker = Run::new(&Tracker, &scene, radius_m, &looks, 16_384)?;
+    let path = Run::new(&Path, &scene, radius_m, &looks, (4096, None))?;
+    let tracker = Run::new(&Tracker, &scene, radius_m, &looks, (16_384, None))?;
     let medium = peer::medium(&few);
     let scene = peer::scene(&medium, &few, 60.0);
-    let classic = Run::new(&Classic, &scene, radius_m, &looks, 8192)?;
+    let classic = Run::new(&Classic, &scene, radius_m, &looks, (8192, None))?;
     println!(
         "Peer scene (Rayleigh, sun zenith 60 deg), {} directions, {} wavelengths: processor seconds × relative variance",
         looks.0.len(),

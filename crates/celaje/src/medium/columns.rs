@@ -16,6 +16,7 @@ use rayon::prelude::*;
 
 use super::cross::cross_approximation;
 use super::layered::LayeredMedium;
+use super::shell::{cubic_weights, mean_fraction, Node};
 use super::Medium;
 use crate::math::interp::Guide;
 use crate::math::lanes::{self, Block};
@@ -37,24 +38,24 @@ pub(crate) struct Columns {
     /// The columns themselves; media that were taken together share them.
     of_all: Arc<Table>,
     /// `s_k` at the wavelengths, shape (block of wavelengths, k).
-    spectra: Vec<Block>,
+    spectra: Vec<Aligned>,
+    /// How many columns are not padding.
+    used: usize,
     /// The same with shape (lanes, block of k).
     by_lane: Vec<Eight>,
 }
+
+/// A block that begins where a line of the cache does.
+#[derive(Debug, Clone, Copy)]
+#[repr(align(64))]
+struct Aligned(Block);
 
 /// Columns that need no wavelength.
 #[derive(Debug)]
 struct Table {
     count: usize,
-    radius_m: Vec<f64>,
+    nodes: Vec<Node>,
     guide: Guide,
-    /// `R_top² − r²` at each node \[m²\].
-    to_top_squared: Vec<f64>,
-    /// Shortest way to the top from each node \[m\], and the inverse of how much longer the horizontal one is.
-    shortest_m: Vec<f64>,
-    inverse_stretch: Vec<f64>,
-    /// 1 over the distance of each node to the next \[m⁻¹\].
-    inverse_thickness: Vec<f64>,
     /// `c_k` at the nodes, shape (node, block of k).
     density: Vec<Eight>,
     /// `C_k` to the top, shape (node, COSINES, block of k), uniform in the distance to the top.
@@ -112,16 +113,20 @@ impl Columns {
             spectra: (0..lanes / lanes::BLOCK * count)
                 .map(|i| {
                     let (block, k) = (i / count, i % count);
-                    lanes::each(|j| spectrum(k, block * lanes::BLOCK + j))
+                    Aligned(lanes::each(|j| spectrum(k, block * lanes::BLOCK + j)))
                 })
                 .collect(),
+            used: (0..count)
+                .rev()
+                .find(|&k| (0..all).any(|lane| spectra[k * all + lane] != 0.0))
+                .map_or(0, |k| k + 1),
         }
     }
 
     /// Radius of the ground \[m\].
     #[inline(always)]
     pub(crate) fn ground_m(&self) -> f64 {
-        self.of_all.radius_m[0]
+        self.of_all.nodes[0].radius_m
     }
 
     /// Number of columns of a lookup.
@@ -132,33 +137,29 @@ impl Columns {
 
     /// Where the columns from a point to the top along a direction that does not fall are found.
     #[inline(always)]
-    fn look_up(&self, r: f64, mu: f64) -> Lookup<'_> {
+    fn look_up(&self, r: f64, s: f64) -> Lookup<'_> {
         let n = self.count / BLOCK;
         let t = &*self.of_all;
         let j = t.guide.interval(r) + 1;
-        let (below, above) = (t.radius_m[j - 1], t.radius_m[j]);
-        let s = r * mu;
+        let node = t.nodes[j];
+        let (below, above) = (node.below_m, node.radius_m);
         let s_node = (s * s + ((above - r) * (above + r)).max(0.0)).sqrt();
         // The table at the node above, on the same straight line.
-        let d = (s_node * s_node + t.to_top_squared[j]).sqrt() - s_node;
-        let x = (d - t.shortest_m[j]) * t.inverse_stretch[j] * (COSINES - 1) as f64;
+        let d = (s_node * s_node + node.to_top_squared).sqrt() - s_node;
+        let x = (d - node.shortest_m) * node.inverse_stretch * (COSINES - 1) as f64;
         let i = (x as usize).clamp(1, COSINES - 3) - 1;
-        // The rest of this shell, exactly.
-        let inverse_thickness = t.inverse_thickness[j - 1];
-        let mean = mean_fraction(
-            s,
-            s_node,
-            r,
-            (r - below) * inverse_thickness,
-            inverse_thickness,
-        );
+        // The rest of this shell, exactly; 1 / r to 1e-7, from the node's.
+        let inverse_r = node.inverse_radius * (1.0 + (above - r) * node.inverse_radius);
+        let start = (r - below) * node.inverse_thickness;
+        let mean = mean_fraction(s, s_node, inverse_r, start, node.inverse_thickness);
         Lookup {
             rows: &t.table[(j * COSINES + i) * n..(j * COSINES + i + 4) * n],
             density: &t.density[(j - 1) * n..(j + 1) * n],
             cubic: cubic_weights(x - i as f64),
             length: (s_node - s) as f32,
             mean: mean as f32,
-            fraction: ((r - below) * inverse_thickness).clamp(0.0, 1.0) as f32,
+            fraction: start.clamp(0.0, 1.0) as f32,
+            shell: (below, above),
         }
     }
 
@@ -167,27 +168,32 @@ impl Columns {
     /// * `r` — distance from the planet's centre \[m\]; `mu` — cosine of the zenith angle, ≥ 0
     #[inline(always)]
     pub(crate) fn to_top(&self, r: f64, mu: f64, out: &mut [f32]) {
-        let at = self.look_up(r, mu);
+        self.to_top_from(r, r * mu, out);
+    }
+
+    /// The same from the distance `s` = r μ \[m\], ≥ 0, to the point of the straight line that is nearest the planet's centre.
+    #[inline(always)]
+    pub(crate) fn to_top_from(&self, r: f64, s: f64, out: &mut [f32]) {
+        let at = self.look_up(r, s);
         for b in 0..self.count / BLOCK {
             out[b * BLOCK..(b + 1) * BLOCK].copy_from_slice(&at.block(b).0);
         }
     }
 
-    /// [`Columns::to_top`] that also tells the optical depth of these columns at one wavelength, and the extinction coefficient
-    /// \[m⁻¹\] at the point.
+    /// What [`Columns::to_top_from`] looks up, with its optical depth at one wavelength and the extinction coefficient \[m⁻¹\] at
+    /// the point.
     #[inline(always)]
-    pub(crate) fn to_top_at(&self, r: f64, mu: f64, lane: usize, out: &mut [f32]) -> (f64, f64) {
-        let at = self.look_up(r, mu);
+    pub(super) fn to_top_at(&self, r: f64, s: f64, lane: usize) -> (Lookup<'_>, f64, f64) {
+        let at = self.look_up(r, s);
         let (mut tau, mut sigma) = ([0.0f32; BLOCK], [0.0f32; BLOCK]);
         for (b, &spectrum) in self.spectrum_of(lane).iter().enumerate() {
             let (columns, density) = at.block(b);
-            out[b * BLOCK..(b + 1) * BLOCK].copy_from_slice(&columns);
             for k in 0..BLOCK {
                 tau[k] += spectrum[k] * columns[k];
                 sigma[k] += spectrum[k] * density[k];
             }
         }
-        (f64::from(sum(tau)), f64::from(sum(sigma)))
+        (at, f64::from(sum(tau)), f64::from(sum(sigma)))
     }
 
     /// `s_k` at one wavelength.
@@ -203,7 +209,8 @@ impl Columns {
         let n = self.count / BLOCK;
         let t = &*self.of_all;
         let i = t.guide.interval(r);
-        let f = ((r - t.radius_m[i]) * t.inverse_thickness[i]).clamp(0.0, 1.0) as f32;
+        let node = t.nodes[i + 1];
+        let f = ((r - node.below_m) * node.inverse_thickness).clamp(0.0, 1.0) as f32;
         let (below, above) = t.density[i * n..(i + 2) * n].split_at(n);
         let mut total = [0.0f32; BLOCK];
         for ((&a, &b), &s) in below.iter().zip(above).zip(self.spectrum_of(lane)) {
@@ -220,7 +227,8 @@ impl Columns {
         let n = self.count;
         let mut sum = [0.0; lanes::BLOCK];
         let spectra = &self.spectra[block * n..(block + 1) * n];
-        for (&c, spectrum) in columns[..n].iter().zip(spectra) {
+        for (&c, spectrum) in columns[..self.used].iter().zip(spectra) {
+            let Aligned(spectrum) = *spectrum;
             sum = lanes::each(|i| sum[i] + c * spectrum[i]);
         }
         sum
@@ -250,30 +258,13 @@ impl Columns {
 
 impl Table {
     fn new(medium: &LayeredMedium, density: &[f32], count: usize) -> Self {
-        let radius_m = medium.node_radii_m().to_vec();
+        let radius_m = medium.node_radii_m();
         let nodes = radius_m.len();
-        let top = radius_m[nodes - 1];
-        let to_top_squared: Vec<f64> = radius_m.iter().map(|r| (top - r) * (top + r)).collect();
-        let shortest_m: Vec<f64> = radius_m.iter().map(|r| top - r).collect();
-        let inverse_stretch = (0..nodes)
-            .map(|j| {
-                let stretch = to_top_squared[j].sqrt() - shortest_m[j];
-                if stretch > 0.0 {
-                    1.0 / stretch
-                } else {
-                    0.0
-                }
-            })
-            .collect();
-        let inverse_thickness = radius_m.windows(2).map(|r| 1.0 / (r[1] - r[0])).collect();
+        let node = |j: usize| Node::new(radius_m[j.max(1) - 1], radius_m[j], radius_m[nodes - 1]);
         let mut this = Self {
             count,
+            nodes: (0..nodes).map(node).collect(),
             guide: medium.guide().clone(),
-            radius_m,
-            to_top_squared,
-            shortest_m,
-            inverse_stretch,
-            inverse_thickness,
             density: density.chunks_exact(BLOCK).map(eight).collect(),
             table: Vec::new(),
         };
@@ -288,19 +279,19 @@ impl Table {
 
     /// Cosine of the zenith angle of a table entry: entry 0 looks up, the last one horizontally.
     fn cosine_of(&self, node: usize, entry: usize) -> f64 {
-        let stretch = self.to_top_squared[node].sqrt() - self.shortest_m[node];
-        let d = self.shortest_m[node] + stretch * entry as f64 / (COSINES - 1) as f64;
+        let node = self.nodes[node];
+        let stretch = node.to_top_squared.sqrt() - node.shortest_m;
+        let d = node.shortest_m + stretch * entry as f64 / (COSINES - 1) as f64;
         if d == 0.0 {
             return 1.0;
         }
         // d² + 2 r μ d = R_top² − r².
-        let r = self.radius_m[node];
-        ((self.to_top_squared[node] - d * d) / (2.0 * r * d)).clamp(0.0, 1.0)
+        ((node.to_top_squared - d * d) / (2.0 * node.radius_m * d)).clamp(0.0, 1.0)
     }
 }
 
 /// A place in the table: four rows to interpolate, and the piece of a shell below them.
-struct Lookup<'a> {
+pub(super) struct Lookup<'a> {
     /// Columns to the top at four directions, shape (4, block of k).
     rows: &'a [Eight],
     /// Densities at the nodes below and above, shape (2, block of k).
@@ -311,9 +302,28 @@ struct Lookup<'a> {
     mean: f32,
     /// Fraction of the shell at the point itself.
     fraction: f32,
+    /// Radii of the shell's nodes \[m\].
+    shell: (f64, f64),
 }
 
 impl Lookup<'_> {
+    /// Whether a radius lies in the same shell.
+    #[inline(always)]
+    pub(super) fn holds(&self, r: f64) -> bool {
+        (self.shell.0..=self.shell.1).contains(&r)
+    }
+
+    /// The columns, moved on by `step` \[m\] times the densities at the point.
+    #[inline(always)]
+    pub(super) fn stepped(&self, step: f32, out: &mut [f32]) {
+        for (b, out) in out.chunks_exact_mut(BLOCK).enumerate() {
+            let (columns, density) = self.block(b);
+            for k in 0..BLOCK {
+                out[k] = columns[k] + step * density[k];
+            }
+        }
+    }
+
     /// One block of the columns to the top, and of the densities at the point.
     #[inline(always)]
     fn block(&self, b: usize) -> (Eight, Eight) {
@@ -360,20 +370,20 @@ fn sum(a: Eight) -> f32 {
 ))]
 fn integrate_to_top(table: &Table, node: usize, rows: &mut [Eight]) {
     let n = table.count;
-    let radius_m = &table.radius_m;
     // Distances from the point nearest the planet's centre.
     let mut s: Vec<f64> = (0..COSINES)
-        .map(|m| radius_m[node] * table.cosine_of(node, m))
+        .map(|m| table.nodes[node].radius_m * table.cosine_of(node, m))
         .collect();
     let (mut length, mut mean) = (vec![0.0; COSINES], vec![0.0; COSINES]);
     let mut sum = vec![0.0f64; COSINES * n];
-    for j in node + 1..radius_m.len() {
-        let (below, above) = (radius_m[j - 1], radius_m[j]);
-        let rise = (above - below) * (above + below);
+    for j in node + 1..table.nodes.len() {
+        let upper = table.nodes[j];
+        let (below, above) = (upper.below_m, upper.radius_m);
+        let (rise, inverse_below) = ((above - below) * (above + below), 1.0 / below);
         for ((s, length), mean) in s.iter_mut().zip(&mut length).zip(&mut mean) {
             let s_next = (*s * *s + rise).sqrt();
             *length = s_next - *s;
-            *mean = mean_fraction(*s, s_next, below, 0.0, table.inverse_thickness[j - 1]);
+            *mean = mean_fraction(*s, s_next, inverse_below, 0.0, upper.inverse_thickness);
             *s = s_next;
         }
         let density: Vec<f64> = table.density[(j - 1) * n / BLOCK..(j + 1) * n / BLOCK]
@@ -392,35 +402,6 @@ fn integrate_to_top(table: &Table, node: usize, rows: &mut [Eight]) {
     for (row, sum) in rows.iter_mut().flatten().zip(sum) {
         *row = sum as f32;
     }
-}
-
-/// Mean, along a ray in one shell up to its upper node, of the fraction `(r − below) / (above − below)`.
-///
-/// * `s`, `s_end` — distances from the point nearest the planet's centre, at the start and at the node
-/// * `r`, `start` — radius and fraction at the start
-///
-/// Simpson's rule: `r(s)` is a gentle hyperbola.
-#[inline(always)]
-fn mean_fraction(s: f64, s_end: f64, r: f64, start: f64, inverse_thickness: f64) -> f64 {
-    let s_mid = 0.5 * (s + s_end);
-    // r_mid − r without cancellation, from r_mid² − r² = s_mid² − s².
-    let rise = (s_mid - s) * (s_mid + s);
-    let r_mid = (r * r + rise).sqrt();
-    let middle = start + rise * inverse_thickness / (r_mid + r);
-    (start + 4.0 * middle + 1.0) * (1.0 / 6.0)
-}
-
-/// Lagrange's cubic through four equidistant values, at `x` from the first; inside, 1 ≤ x ≤ 2.
-#[inline(always)]
-fn cubic_weights(x: f64) -> [f32; 4] {
-    let (a, b, c, d) = (x, x - 1.0, x - 2.0, x - 3.0);
-    let (ab, cd) = (a * b, c * d);
-    [
-        (-1.0 / 6.0 * b * cd) as f32,
-        (0.5 * a * cd) as f32,
-        (-0.5 * ab * d) as f32,
-        (1.0 / 6.0 * ab * c) as f32,
-    ]
 }
 
 #[cfg(test)]

@@ -11,6 +11,7 @@ mod gridded;
 mod layered;
 mod ray;
 mod ray_columns;
+mod shell;
 
 pub use atmosphere::{
     air_scattering, from_atmosphere, gas_absorption, grid_with_edges, GasAbsorption,

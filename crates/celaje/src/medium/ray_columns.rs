@@ -8,8 +8,6 @@ use super::Ray;
 pub(crate) struct RayGeometry {
     /// Radius at the start \[m\].
     r0: f64,
-    /// Cosine of the zenith angle at the start.
-    mu0: f64,
     /// Distance to the point nearest the planet's centre \[m\]; negative when it lies behind.
     tangent_m: f64,
 }
@@ -23,11 +21,7 @@ impl RayGeometry {
     /// The same from the radius at the start and the distance to the point nearest the planet's centre \[m\].
     #[inline(always)]
     pub(crate) fn from_start(r0: f64, tangent_m: f64) -> Self {
-        Self {
-            r0,
-            mu0: -tangent_m / r0,
-            tangent_m,
-        }
+        Self { r0, tangent_m }
     }
 
     /// Distance to the point nearest the planet's centre \[m\]; negative when it lies behind.
@@ -44,10 +38,16 @@ impl RayGeometry {
             .sqrt()
     }
 
+    /// Radius at a distance \[m\].
+    #[inline(always)]
+    pub(crate) fn radius_at(&self, distance_m: f64) -> f64 {
+        (self.r0 * self.r0 + distance_m * (distance_m - 2.0 * self.tangent_m)).sqrt()
+    }
+
     /// Radius and cosine of the zenith angle at a distance.
     #[inline(always)]
     pub(crate) fn at(&self, distance_m: f64) -> (f64, f64) {
-        let r = (self.r0 * self.r0 + distance_m * (distance_m - 2.0 * self.tangent_m)).sqrt();
+        let r = self.radius_at(distance_m);
         (r, (distance_m - self.tangent_m) / r)
     }
 }
@@ -84,7 +84,7 @@ impl<'a> RayColumns<'a> {
         start: &'a mut [f32],
         tangent: &'a mut [f32],
     ) -> Self {
-        columns.to_top(geometry.r0, geometry.mu0.abs(), start);
+        columns.to_top_from(geometry.r0, geometry.tangent_m.abs(), start);
         let mut grazes = false;
         if geometry.tangent_m > 0.0 {
             let lowest = geometry.lowest_m();
@@ -113,8 +113,8 @@ impl<'a> RayColumns<'a> {
     /// Extinction coefficient at a distance and one wavelength \[m⁻¹\].
     #[inline(always)]
     pub(crate) fn extinction(&self, distance_m: f64, lane: usize) -> f64 {
-        let (r, _) = self.geometry.at(distance_m);
-        self.columns.extinction_at(r, lane)
+        self.columns
+            .extinction_at(self.geometry.radius_at(distance_m), lane)
     }
 
     /// Columns from the start to where the ray leaves the air; it must not meet the ground.
@@ -134,21 +134,22 @@ impl<'a> RayColumns<'a> {
     /// Columns from the start to a distance.
     #[inline(always)]
     pub(crate) fn to(&self, distance_m: f64, out: &mut [f32]) {
-        let (r, mu) = self.geometry.at(distance_m);
-        self.columns.to_top(r, mu.abs(), out);
-        self.since_start(mu, out);
+        let beyond = distance_m - self.geometry.tangent_m;
+        let r = self.geometry.radius_at(distance_m);
+        self.columns.to_top_from(r, beyond.abs(), out);
+        self.since_start(beyond, out);
     }
 
-    /// Columns from the start, from those to the top at a point where the ray's zenith angle has the cosine `mu`.
+    /// Columns from the start, from those to the top at a point that lies `beyond` \[m\] the one nearest the planet's centre.
     #[inline(always)]
-    fn since_start(&self, mu: f64, out: &mut [f32]) {
+    fn since_start(&self, beyond: f64, out: &mut [f32]) {
         let n = self.columns.count();
         let (start, out) = (&self.start[..n], &mut out[..n]);
         if self.rises() {
             for (o, &s) in out.iter_mut().zip(start) {
                 *o = s - *o;
             }
-        } else if mu <= 0.0 || !self.grazes {
+        } else if beyond <= 0.0 || !self.grazes {
             for (o, &s) in out.iter_mut().zip(start) {
                 *o -= s;
             }
@@ -168,6 +169,9 @@ impl<'a> RayColumns<'a> {
     #[inline(always)]
     pub(crate) fn invert(&self, lane: usize, wanted: f64, length_m: f64, out: &mut [f32]) -> f64 {
         const ITERATIONS: usize = 40;
+        // Length of a last step, times the optical depth it makes up \[m\]: as extinction changes by less than its like in a
+        // kilometre, what a straight step misses stays below 2e-6.
+        const STRAIGHT_M: f64 = 4e-3;
         let columns = self.columns;
         let at_start = columns.optical_depth_at(self.start, lane);
         let (mut low, mut high) = (0.0, length_m);
@@ -184,34 +188,46 @@ impl<'a> RayColumns<'a> {
             } else {
                 (target, sign) = (2.0 * lowest - target, -1.0);
                 (low, s, now) = (tangent_m, tangent_m, lowest);
-                sigma = columns.extinction_at(self.geometry.at(tangent_m).0, lane);
+                sigma = columns.extinction_at(self.geometry.radius_at(tangent_m), lane);
             }
         }
         target = target.max(1e-12);
         // Rounding of the columns in f32 adds to what is asked for.
         let tolerance = 1e-6 + 1e-5 * wanted + 2e-7 * now.max(target);
-        let mut mu = 0.0;
-        for _ in 0..ITERATIONS {
+        let mut iteration = 0;
+        let (at, step) = loop {
+            iteration += 1;
             let newton = s + sign * now / sigma * ln(target / now);
             s = if newton > low && newton < high {
                 newton
             } else {
                 0.5 * (low + high)
             };
-            let r;
-            (r, mu) = self.geometry.at(s);
-            (now, sigma) = columns.to_top_at(r, mu.abs(), lane, out);
-            let beyond = sign * (now - target);
-            if beyond.abs() < tolerance {
-                break;
+            let r = self.geometry.radius_at(s);
+            let at;
+            (at, now, sigma) = columns.to_top_at(r, (s - self.geometry.tangent_m).abs(), lane);
+            let missing = target - now;
+            if missing.abs() < tolerance || iteration == ITERATIONS {
+                break (at, 0.0);
             }
-            if beyond < 0.0 {
+            // A short step within a shell goes straight, along the densities here.
+            let step = sign * missing / sigma;
+            if (step * missing).abs() < STRAIGHT_M
+                && s + step > low
+                && s + step < high
+                && at.holds(self.geometry.radius_at(s + step))
+            {
+                s += step;
+                break (at, sign * step);
+            }
+            if sign * missing > 0.0 {
                 low = s;
             } else {
                 high = s;
             }
-        }
-        self.since_start(mu, out);
+        };
+        at.stepped(step as f32, &mut out[..columns.count()]);
+        self.since_start(s - self.geometry.tangent_m, out);
         s
     }
 }

@@ -262,7 +262,7 @@ impl FirstOrder {
         out: &mut [f32],
     ) {
         let place = sampler.uniform();
-        let (towards, mu_squared) = scene.sun.sample(sampler.uniform(), sampler.uniform());
+        let (towards, mu_squared) = scene.sun.sample(sampler.uniform(), sampler.rng().uniform());
         let Some(stretch) = Stretch::new(scene.medium, ray) else {
             for (o, &b) in out.iter_mut().zip(&scene.background) {
                 *o += b;
@@ -490,30 +490,31 @@ pub(super) fn sun_columns(
     out: &mut [f32],
     scratch: &mut [f32],
 ) -> bool {
-    let r = at.length();
-    columns_to_sun(columns, r, at.dot(towards) / r, out, scratch)
+    columns_to_sun(columns, at.length(), at.dot(towards), out, scratch)
 }
 
-/// The same from a distance from the planet's centre \[m\] and the cosine of the sun's zenith angle there.
+/// The same from a distance from the planet's centre \[m\] and the height above the plane through it that faces the sun \[m\].
 #[inline(always)]
 pub(super) fn columns_to_sun(
     columns: &Columns,
     radius_m: f64,
-    mu_sun: f64,
+    sunward_m: f64,
     out: &mut [f32],
     scratch: &mut [f32],
 ) -> bool {
-    if mu_sun >= 0.0 {
-        columns.to_top(radius_m, mu_sun, out);
+    if sunward_m >= 0.0 {
+        columns.to_top_from(radius_m, sunward_m, out);
         return true;
     }
-    let lowest = radius_m * (1.0 - mu_sun * mu_sun).max(0.0).sqrt();
+    let lowest = (radius_m * radius_m - sunward_m * sunward_m)
+        .max(0.0)
+        .sqrt();
     if lowest < columns.ground_m() {
         return false;
     }
     // Down to the lowest point and up again.
-    columns.to_top(lowest, 0.0, out);
-    columns.to_top(radius_m, -mu_sun, scratch);
+    columns.to_top_from(lowest, 0.0, out);
+    columns.to_top_from(radius_m, -sunward_m, scratch);
     for (o, &s) in out.iter_mut().zip(scratch.iter()) {
         *o = 2.0 * *o - s;
     }

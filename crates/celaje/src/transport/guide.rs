@@ -184,7 +184,8 @@ impl Guide {
         for node in 0..HEIGHTS * SUNS {
             let (h, s) = (node / SUNS, node % SUNS);
             let mu = sun_cosine(s);
-            if columns_to_sun(columns, at_height(h), mu, &mut out, &mut scratch) {
+            let sunward_m = at_height(h) * mu;
+            if columns_to_sun(columns, at_height(h), sunward_m, &mut out, &mut scratch) {
                 let light = bands(|b| {
                     let tau = columns.optical_depth_at(&out, middle[b]);
                     irradiance[b] * (-tau as f32).exp()

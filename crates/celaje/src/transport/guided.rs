@@ -115,7 +115,7 @@ impl Walker<'_> {
             return None;
         }
         let along = RayColumns::along(self.columns, way.geometry, &mut memory.0, &mut memory.1);
-        let target = u.event as f32;
+        let target = u.way as f32;
         if target < cells.on_ground {
             along.to(way.length_m, &mut self.rows.columns);
             self.look_ahead(order, true);
@@ -126,7 +126,7 @@ impl Walker<'_> {
         let (share, derivative) = walk.at(x);
         let distance_m = share * way.length_m;
         along.to(distance_m, &mut self.rows.columns);
-        let (radius_m, _) = way.geometry.at(distance_m);
+        let radius_m = way.geometry.radius_at(distance_m);
         let at = leg.at + leg.direction * distance_m;
         self.arrive(radius_m);
         let scale = (derivative * way.length_m) as f32 / (density * survival);
@@ -143,7 +143,7 @@ impl Walker<'_> {
         let sigma_s = guide.know(place).sigma_s;
         let arrived = self.in_bands(guide);
         let scattered = bands(|b| arrived[b] * sigma_s[b]);
-        let lead = Lead::new(guide, place, u.distance as f32, &scattered, up, sun);
+        let lead = Lead::new(guide, place, u.wavelength as f32, &scattered, up, sun);
         let lead = (lead.total > 0.0 && lead.total.is_finite()).then_some((guide, &lead));
         let direction = self.scatter(at, radius_m, leg.direction, scale, u.turn, lead);
         Some(Leg {
@@ -182,7 +182,7 @@ impl Walker<'_> {
         let know = |x: f64| {
             let (share, _) = walk.at(x);
             let s = share * way.length_m;
-            let (r, _) = way.geometry.at(s);
+            let r = way.geometry.radius_at(s);
             (s, guide.know(guide.place(r, (from + slope * s) / r)))
         };
         let mut tau = [[0.0f32; BLOCK]; BANDS];

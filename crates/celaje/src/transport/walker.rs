@@ -18,14 +18,18 @@ pub(super) const GUIDED_BELOW: f64 = -0.035;
 /// Share of what the first collision could scatter, below which Russian roulette begins; the best of several measured.
 const ROULETTE_BELOW: f32 = 0.1;
 
-/// Share of the scattered directions that are drawn about the sun.
-const ABOUT_SUN: f64 = 0.2;
+/// Share of the scattered directions that are drawn about the sun: where phase functions have a peak forwards, and where it is
+/// sharp.
+const ABOUT_SUN: f64 = 0.1;
+const ABOUT_SUN_SHARP: f64 = 0.2;
 
-/// Value of a phase function forwards above which it has a peak to speak of \[sr⁻¹\]; an isotropic one has 0.08.
+/// Value of a phase function forwards above which it has a peak to speak of \[sr⁻¹\], and a sharp one; an isotropic one has 0.08,
+/// Henyey and Greenstein's of g = 0.7 has 1.5, haze some tens.
 const PEAK: f64 = 0.5;
+const SHARP_PEAK: f64 = 5.0;
 
-/// Sine of the sun's elevation at a vertex above which directions are drawn about it.
-const SUN_IN_REACH: f64 = -0.02;
+/// How far below a vertex's horizon directions are still drawn about the sun, as sine of an angle.
+const SUN_IN_REACH: f64 = 0.02;
 
 /// A path that has scattered this often is let go on by roulette alone; it only guards against endless loops in a medium
 /// that absorbs nothing over a white ground.
@@ -46,6 +50,8 @@ pub(super) struct Walker<'a> {
     pub first_mass: f32,
     /// Probabilities of the wavelengths to place the next collision.
     lost: Vec<f32>,
+    /// Their sums over blocks.
+    lost_sums: Block,
     /// Phase functions of the species in two directions, shape (species, lanes).
     phase: Vec<f32>,
     other_phase: Vec<f32>,
@@ -70,7 +76,8 @@ impl<'a> Walker<'a> {
     ) -> Self {
         let medium = scene.medium;
         let (lanes, species) = (medium.lanes(), medium.phases().len());
-        let peaked = medium.phases().iter().any(|p| p.eval_at(0, 1.0) > PEAK);
+        let peaks = medium.phases().iter().map(|p| p.eval_at(0, 1.0));
+        let forward = peaks.fold(0.0, f64::max);
         Self {
             scene,
             columns,
@@ -82,10 +89,15 @@ impl<'a> Walker<'a> {
             rows: Rows::new(lanes, columns.count()),
             first_mass: 0.0,
             lost: vec![0.0; lanes],
+            lost_sums: [0.0; BLOCK],
             phase: vec![0.0; lanes * species],
             other_phase: vec![0.0; lanes * species],
             background: scene.background.iter().any(|&l| l > 0.0),
-            about_sun: if peaked { ABOUT_SUN } else { 0.0 },
+            about_sun: match forward {
+                p if p > SHARP_PEAK => ABOUT_SUN_SHARP,
+                p if p > PEAK => ABOUT_SUN,
+                _ => 0.0,
+            },
             memory: (vec![0.0; columns.count()], vec![0.0; columns.count()]),
             found: vec![0.0; lanes],
             stokes: None,
@@ -230,18 +242,19 @@ impl<'a> Walker<'a> {
             return None;
         }
         let mass = mass / survival.min(1.0);
-        let target = u.event as f32 * (in_air + on_ground);
-        if target < on_ground {
+        // Far collisions and the ground behind them lie side by side in the range of one number.
+        let before_ground = f64::from(in_air / (in_air + on_ground));
+        if u.way >= before_ground {
             return self.meet_ground(leg, &way, mass / on_ground, order, &u);
         }
 
         // One wavelength places the collision.
-        let lane = lanes::pick(&self.lost, target - on_ground);
+        let lane = lanes::pick_by(&self.lost, &self.lost_sums, u.wavelength as f32 * in_air);
         let tau_end = self.columns.optical_depth_at(&self.rows.columns, lane);
         let (_, loss) = lanes::exp_and_loss(tau_end as f32);
-        let wanted = -(-u.distance * f64::from(loss)).ln_1p();
+        let wanted = -(-u.way / before_ground * f64::from(loss)).ln_1p();
         let distance_m = along.invert(lane, wanted, way.length_m, &mut self.rows.columns);
-        let (radius_m, _) = way.geometry.at(distance_m);
+        let radius_m = way.geometry.radius_at(distance_m);
         let at = leg.at + leg.direction * distance_m;
         // Mean density of collisions here over all wavelengths: Σ w σ_t T / mass.
         let density = self.arrive(radius_m);
@@ -287,6 +300,7 @@ impl<'a> Walker<'a> {
                 None => lanes::add_scaled(light, 1.0, &mut self.found),
             }
         }
+        self.lost_sums = in_air;
         lanes::tree_sum(in_air)
     }
 
@@ -311,7 +325,7 @@ impl<'a> Walker<'a> {
         if let Some(stokes) = &mut self.stokes {
             stokes.depolarise();
         }
-        if order > 1 && mu_sun > 0.0 && self.look_at_sun(radius_m, mu_sun) {
+        if order > 1 && mu_sun > 0.0 && self.look_at_sun(radius_m, radius_m * mu_sun) {
             let factor = (mu_sun / std::f64::consts::PI) as f32;
             let Weights { weight, light, .. } = &mut self.weights;
             let rows = blocks(weight).zip(blocks(&self.first.beam));
@@ -345,6 +359,7 @@ impl<'a> Walker<'a> {
             weight,
             split,
             split_sum,
+            split_sums,
             total,
             ..
         } = &mut self.weights;
@@ -370,6 +385,7 @@ impl<'a> Walker<'a> {
                 sum = each(|i| sum[i] + scattered[i]);
                 *row = scattered;
             }
+            split_sums[k] = sum;
             split_sum[k] = lanes::tree_sum(sum);
             *total += split_sum[k];
         }
@@ -378,20 +394,31 @@ impl<'a> Walker<'a> {
 
     /// Columns towards the sun; `false` where the planet stands before it.
     #[inline(always)]
-    fn look_at_sun(&mut self, radius_m: f64, mu_sun: f64) -> bool {
+    fn look_at_sun(&mut self, radius_m: f64, sunward_m: f64) -> bool {
         let Rows {
             sun_columns,
             sun_scratch,
             ..
         } = &mut self.rows;
-        columns_to_sun(self.columns, radius_m, mu_sun, sun_columns, sun_scratch)
+        columns_to_sun(self.columns, radius_m, sunward_m, sun_columns, sun_scratch)
+    }
+
+    /// Whether a vertex sees the sun above its horizon, which from aloft lies below the horizontal, or close to it: a peak about a sun
+    /// that has just set there still lights the haze above. `sunward_m` is the vertex's height above the plane through the planet's
+    /// centre that faces the sun.
+    #[inline(always)]
+    fn sun_in_reach(&self, sunward_m: f64, radius_m: f64) -> bool {
+        let depth_m = -(sunward_m + SUN_IN_REACH * radius_m);
+        let ground_m = self.columns.ground_m();
+        // Where the horizon is, sin² = 1 − (R / r)².
+        depth_m < 0.0 || depth_m * depth_m < (radius_m - ground_m) * (radius_m + ground_m)
     }
 
     /// Adds the sunlight that a vertex in the air sends into the path: Σ_k split_k p_k × transmittance × irradiance.
     #[inline(always)]
     pub fn find_sun(&mut self, at: Vec3, radius_m: f64, direction: Vec3, scale: f32) {
         let towards = self.first.towards_sun;
-        if !self.look_at_sun(radius_m, at.dot(towards) / radius_m) {
+        if !self.look_at_sun(radius_m, at.dot(towards)) {
             return;
         }
         let Weights {
@@ -454,7 +481,7 @@ impl<'a> Walker<'a> {
         }
         let mut share = 0.0;
         let mut axis = direction;
-        if self.about_sun > 0.0 && at.dot(sun) > SUN_IN_REACH * radius_m {
+        if self.about_sun > 0.0 && self.sun_in_reach(at.dot(sun), radius_m) {
             share = self.about_sun;
             if u[0] < share {
                 axis = sun;

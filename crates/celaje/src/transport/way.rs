@@ -13,23 +13,28 @@ pub(super) struct Leg {
 }
 
 /// The random numbers of one vertex: always as many, so that each keeps its dimension of the sequence.
+///
+/// What decides where a path goes shares one block of four dimensions, the evener the earlier it comes; what hardly matters, as all
+/// wavelengths are weighed together whichever decides, and what cannot profit is left to random numbers.
 pub(super) struct Draws {
-    pub event: f64,
-    pub distance: f64,
-    pub roulette: f64,
+    /// How far: to the ground, or up to a collision before it.
+    pub way: f64,
+    /// Whereto: who decides, the angle, the turn about the old direction.
     pub turn: [f64; 3],
+    /// Which wavelength places a collision; which node of a guide is asked.
+    pub wavelength: f64,
+    pub roulette: f64,
 }
 
 impl Draws {
     #[inline(always)]
     pub fn new(sampler: &mut Sampler) -> Self {
-        let [event, distance, t0, t1] = sampler.uniform4();
-        let [t2, roulette, ..] = sampler.uniform4();
+        let [way, t0, t1, t2] = sampler.uniform4();
         Self {
-            event,
-            distance,
+            way,
             turn: [t0, t1, t2],
-            roulette,
+            wavelength: sampler.rng().uniform(),
+            roulette: sampler.rng().uniform(),
         }
     }
 }

@@ -5,7 +5,8 @@
 //! balance heuristic over hero wavelengths (Wilkie et al. 2014, doi:10.1111/cgf.12419), with the hero redrawn at every event
 //! and summed over analytically. Weights stay bounded and their sum changes only by absorption.
 
-use crate::math::{lanes, Vec3};
+use crate::math::lanes::{self, Block, BLOCK};
+use crate::math::Vec3;
 use crate::medium::Medium;
 
 /// Weights of one path, and the rows it works on.
@@ -17,6 +18,8 @@ pub(super) struct Weights {
     /// Weights at a scattering vertex split by species, shape (species, lanes), and their sums.
     pub split: Vec<f32>,
     pub split_sum: Vec<f32>,
+    /// Their sums over blocks.
+    pub split_sums: Vec<Block>,
     /// A row for light on its way to the result.
     pub light: Vec<f32>,
     pub scratch: Vec<f32>,
@@ -30,6 +33,7 @@ impl Weights {
             total: 0.0,
             split: vec![0.0; lanes * species],
             split_sum: vec![0.0; species],
+            split_sums: vec![[0.0; BLOCK]; species],
             light: vec![0.0; lanes],
             scratch: vec![0.0; lanes],
         }
@@ -45,7 +49,8 @@ impl Weights {
             for (v, &w) in row.iter_mut().zip(&self.weight) {
                 *v *= w;
             }
-            self.split_sum[k] = lanes::sum(row);
+            self.split_sums[k] = lanes::sum_of_blocks(row);
+            self.split_sum[k] = lanes::tree_sum(self.split_sums[k]);
             self.total += self.split_sum[k];
         }
     }
@@ -94,7 +99,8 @@ impl Weights {
                 target -= sum;
             }
         }
-        let lane = lanes::pick(&self.split[species * n..(species + 1) * n], target);
+        let split = &self.split[species * n..(species + 1) * n];
+        let lane = lanes::pick_by(split, &self.split_sums[species], target);
         let cos_theta = medium.phases()[species].sample(lane, u[1]);
         axis.deflected_by_turn(cos_theta, u[2])
     }
