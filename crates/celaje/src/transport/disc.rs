@@ -268,7 +268,8 @@ mod tests {
                     *sum += area;
                 }
                 let label = format!("{azimuth} {elevation}: {plain} {regular} {random}");
-                assert!((regular - plain).abs() < 0.004, "{label}");
+                // Half a step of both grids, for at a pole the edge of the disc runs along their rows.
+                assert!((regular - plain).abs() < 0.008, "{label}");
                 assert!((random - plain).abs() < 0.01, "{label}");
             }
             let [plain, regular, random] = sums;
