@@ -145,7 +145,7 @@ fn mirror_symmetric_about_the_suns_plane() {
 /// Rationale: V comes from light that was polarised before and meets matter that shifts its phase: second-hand, and held by no
 /// published value. Expected: none at all in air alone, whose matrix has no F34; with aerosol none in the sun's plane, which is
 /// a mirror; beside it, opposite signs left and right, and a size that is not noise but below a thousandth of I. Power: standard
-/// errors are held below 0.01 % of I in the plane; half the difference of left and right, some 0.02 % of I, has to be over five of
+/// errors are held below 0.01 % of I in the plane; half the difference of left and right, 0.02 to 0.06 % of I, has to be over five of
 /// its own in each lane.
 #[test]
 fn circular_light_is_small_and_odd_about_the_suns_plane() {

@@ -88,7 +88,7 @@ const CASES: [Case; 7] = [
         aod_550: 0.2,
         altitude_m: 20_000.0,
         look: (90.0, -10.0),
-        thousands: [700, 5500, 3000],
+        thousands: [3000, 5500, 3000],
         budget: [0.001; 3],
     },
     Case {
@@ -98,7 +98,7 @@ const CASES: [Case; 7] = [
         aod_550: 0.2,
         altitude_m: 400_000.0,
         look: (0.0, -50.0),
-        thousands: [1000, 3200, 2400],
+        thousands: [1000, 4000, 2400],
         budget: [0.001; 3],
     },
 ];
@@ -151,9 +151,10 @@ fn run(
 }
 
 /// Rationale: no approximation may hide in any of the three, in thin air and thick, at a forward peak, in twilight, from above.
-/// Expected: equal at both wavelengths. Power: each is known to 0.1 % (asserted), their differences to 0.14 %; in 42 comparisons
-/// of all seven scenes a bias of 1.2 % in any is caught 99 % of the time, one of 0.85 % half of the time. False alarms: at most
-/// 5·10⁻⁶ for all of them together, as far as the batch means are not skewed (asserted).
+/// Expected: equal at both wavelengths. Power: each is known to its budget (asserted), 0.1 % but for `tracker` and `classic` in dust and
+/// `classic` in twilight, their differences to 0.14 %; in 42 comparisons of all seven scenes a bias of 1.2 % in any is caught 99 % of
+/// the time, one of 0.85 % half of the time. False alarms: at most 1.2·10⁻⁵ for all of them together, as far as the batch means are no
+/// more skewed than 1.02 (asserted; `docs/testing.md` tells what that does).
 fn agree(case: &Case) {
     let sky = sky(case);
     assert_eq!(sky.medium.wavelength_nm().len(), 2);

