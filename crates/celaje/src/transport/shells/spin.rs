@@ -196,8 +196,7 @@ mod tests {
             let other = scatter(&moments, direction(mu, -phi), to, mirrored);
             let ((y, w, x), (y_to, w_to, x_to)) = (rows(mu), rows(mu_to));
             let mut found = [0.0; 3];
-            for l in 0..=DEGREE {
-                let [g, b, e, h] = moments[l];
+            for (l, &[g, b, e, h]) in moments.iter().enumerate() {
                 let norm = 2.0 * l as f64 + 1.0;
                 for m in 0..=l {
                     let ((s, c), (s_to, c_to)) = (azimuth(phi, m), azimuth(phi_to, m));
