@@ -116,8 +116,8 @@ fn compare(count: u32, scale: u32, bound: (f64, f64)) {
         (false, 40.0, 8192),
         (false, 5.0, 8192),
         (false, 0.0, 32_768),
-        (true, 40.0, 8192),
-        (true, 5.0, 32_768),
+        (true, 40.0, 12_288),
+        (true, 5.0, 49_152),
         (true, 0.0, 98_304),
     ] {
         let sky = sky(aerosol, sun_deg);
