@@ -2,12 +2,12 @@
 
 import csv
 import functools
-import importlib.util
-import sys
+import importlib
 from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 import celaje
 
@@ -17,21 +17,22 @@ REFERENCE = ROOT / "tests" / "reference"
 WAVELENGTHS = "400:700:15"
 
 
-def rows(name):
+def rows(name: str) -> list[dict[str, str]]:
     with (REFERENCE / name).open(encoding="utf-8") as file:
         return list(csv.DictReader(line for line in file if not line.startswith("#")))
 
 
-def luminance(seen):
+def luminance(seen: celaje.Radiance) -> NDArray[np.float64]:
     """Luminance of directions [cd/m²]."""
     nothing = np.zeros_like(seen.radiance)[None]
     samples = np.ones(nothing.shape[:2], dtype=np.uint32)
     film = celaje.Film(seen.radiance[None], nothing, samples, seen.wavelength_nm)
     # The luminance of the sRGB primaries (IEC 61966-2-1).
-    return film.linear_srgb(1931)[0] @ np.array([0.2126, 0.7152, 0.0722])
+    y = np.array([0.2126, 0.7152, 0.0722])
+    return np.asarray(film.linear_srgb(1931)[0] @ y, dtype=np.float64)
 
 
-def test_illuminance_of_sun_and_sky():
+def test_illuminance_of_sun_and_sky() -> None:
     """Within 25 % of the Explanatory Supplement's from 60° to -10°, over five powers of ten, by an average aerosol."""
     sky = celaje.sky(
         sun_elevation=30,
@@ -54,21 +55,28 @@ def test_illuminance_of_sun_and_sky():
 
 
 # Optical depths from the transmission that the authors give (75 to 85 %, 85 to 90 %), less air and ozone.
+# Altitude [m], aerosol optical depth, ozone [DU], albedo.
 AIR = {
-    "Maryland": {"altitude": 30, "aod_550": 0.10, "ozone": 330, "albedo": 0.15},
-    "Sacramento Peak": {"altitude": 2800, "aod_550": 0.035, "ozone": 320, "albedo": 0.2},
+    "Maryland": (30.0, 0.10, 330.0, 0.15),
+    "Sacramento Peak": (2800.0, 0.035, 320.0, 0.2),
 }
 
 
 @functools.cache
-def twilight(site):
+def twilight(site: str) -> dict[tuple[float, float], tuple[float, float]]:
     """Measured and computed luminance by (sun, view elevation) [cd/m²]."""
-    air = AIR[site]
+    altitude, aod_550, ozone, albedo = AIR[site]
     sky = celaje.sky(
-        sun_elevation=0, sun_azimuth=180, aerosol="rural", wavelengths=WAVELENGTHS, **air
-    )
-    sky = sky.bake((-12.5, 5.5), highest_observer_m=air["altitude"])
-    found = {}
+        sun_elevation=0,
+        sun_azimuth=180,
+        altitude=altitude,
+        aerosol="rural",
+        aod_550=aod_550,
+        ozone=ozone,
+        albedo=albedo,
+        wavelengths=WAVELENGTHS,
+    ).bake((-12.5, 5.5), highest_observer_m=altitude)
+    found: dict[tuple[float, float], tuple[float, float]] = {}
     for row in rows("twilight_koomen1952.csv"):
         sun, view, turn, measured = (
             float(row[k])
@@ -85,7 +93,7 @@ def twilight(site):
     return found
 
 
-def test_twilight_of_maryland():
+def test_twilight_of_maryland() -> None:
     """Koomen et al. 1952: within 30 % from 5° to -12°, over nearly six powers of ten."""
     found = twilight("Maryland")
     assert len(found) == 14
@@ -95,7 +103,7 @@ def test_twilight_of_maryland():
         assert 0.7 < ratio < 1.3, f"sun {sun}, view {view}: {ratio:.3f}"
 
 
-def test_twilight_of_a_mountain_lies_between_both_sites():
+def test_twilight_of_a_mountain_lies_between_both_sites() -> None:
     """Koomen et al. 1952: theirs at 2800 m is half of what we compute, and of what they have in Maryland.
 
     At -12° a sixth of theirs is the night sky's, which ours does not have.
@@ -107,16 +115,11 @@ def test_twilight_of_a_mountain_lies_between_both_sites():
         assert measured < computed < plain[sun, view][0], f"sun {sun}: {computed:.4g} cd/m²"
 
 
-def test_spectra_of_a_clear_morning(monkeypatch):
+def test_spectra_of_a_clear_morning(monkeypatch: pytest.MonkeyPatch) -> None:
     """Kider et al. 2014: three scans that the fit has not seen, rms of the integral 5 %, of the spectra 4 mW."""
     monkeypatch.syspath_prepend(str(ROOT / "docs" / "gallery"))
     pytest.importorskip("matplotlib")
-    spec = importlib.util.spec_from_file_location(
-        "measured_skies", ROOT / "docs" / "gallery" / "measured_skies.py"
-    )
-    skies = importlib.util.module_from_spec(spec)
-    monkeypatch.setitem(sys.modules, "measured_skies", skies)
-    spec.loader.exec_module(skies)
+    skies = importlib.import_module("measured_skies")
     scans = [scan for scan in skies.read_scans() if scan.time in skies.SCORED_ON]
     computed = [skies.computed(scan, skies.FITTED, 512) for scan in scans]
     for clear in (True, False):
