@@ -124,7 +124,7 @@ fn mirror_symmetric_about_the_suns_plane() {
         &scene,
         radius_m,
         &[left, right],
-        job("mirror", 256),
+        job("mirror", 1024),
     );
     for lane in 0..3 {
         let scale = estimate(&component(&films, 0, lane, 0)).mean;

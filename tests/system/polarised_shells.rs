@@ -118,7 +118,7 @@ fn compare(count: u32, scale: u32, bound: (f64, f64)) {
         (false, 0.0, 32_768),
         (true, 40.0, 12_288),
         (true, 5.0, 49_152),
-        (true, 0.0, 98_304),
+        (true, 0.0, 131_072),
     ] {
         let sky = sky(aerosol, sun_deg);
         let ours = render(&sky, &looks, Method::Shells, Polarised::Stokes, 1);

@@ -126,11 +126,11 @@ fn bad_tables_are_refused() {
     let mut flipped = good.clone();
     flipped[good.len() / 2] ^= 1;
     let mut later = good.clone();
-    later[8] = 2;
+    later[8] = 3;
     for (bytes, said) in [
         (&good[..good.len() - 9], "cut short"),
         (&flipped, "damaged"),
-        (&later, "layout 2"),
+        (&later, "layout 3"),
         (b"a picture", "holds no tables"),
         (b"", "holds no tables"),
     ] {
