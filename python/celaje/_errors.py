@@ -103,12 +103,6 @@ class TooLargeError(CelajeError, ValueError):
     __module__ = "celaje"
 
 
-class NotBuiltError(CelajeError, NotImplementedError):
-    """Something that the interface has a place for and the library does not do as yet."""
-
-    __module__ = "celaje"
-
-
 class FileError(CelajeError, OSError):
     """A file that cannot be read or written."""
 

@@ -375,7 +375,7 @@ fn zenith_luminance(conditions: Conditions) -> f64 {
 /// The steps of the walks where the stand-in changes most, and a sample of all others, by the program's own luminance: at sea level
 /// no step is larger than 2 %, and none 0.5 % larger than the stand-in said; on real ground none is more than 2 % beyond its climb.
 #[test]
-#[ignore = "minutes: make accuracy"]
+#[ignore = "minutes of work: run by `make accuracy`"]
 fn accuracy_luminance_changes_as_the_stand_in_says() {
     for (ground, altitude_m) in [("sea level", Some(0.0)), ("real ground", None)] {
         let overrides = Overrides {

@@ -111,7 +111,7 @@ fn components_have_opacs_optics_at_550_nm() {
 /// OPAC's asymmetry of coarse particles is not converged: up to 0.037 off for coarse sea salt at 99 %, by miepython's
 /// account as by ours. All such rows are of coarse components or accumulated sea salt.
 #[test]
-#[ignore = "700 Mie integrals, 20 s of processor time: run by hand or nightly with --ignored"]
+#[ignore = "700 Mie integrals: run by `make accuracy`"]
 fn components_have_opacs_optics_from_300_to_2500_nm() {
     let (angles, unconverged) = (AngleGrid::coarse(), Unconverged::read());
     let mut compared = 0;
