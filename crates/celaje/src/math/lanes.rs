@@ -205,6 +205,16 @@ pub fn exp_and_loss(tau: f32) -> (f32, f32) {
     (scale + rest, (1.0 - scale) - rest)
 }
 
+/// `1 / √x` with a relative error below 3e-7; x > 0. Several times as quick as a root and a division.
+///
+/// Halving the exponent in the bits gives a guess good to 3.5 %, and Newton's step squares the error.
+#[inline(always)]
+pub fn inverse_sqrt(x: f32) -> f32 {
+    let guess = f32::from_bits(0x5f37_59df_u32.wrapping_sub(x.to_bits() >> 1));
+    let newton = |y: f32| y * (1.5 - (0.5 * x * y) * y);
+    newton(newton(newton(guess)))
+}
+
 /// Index of the value that a walk along the partial sums of `a` first carries past `target`.
 ///
 /// With `target = u · Σa`, u in [0, 1), index `i` comes out with probability `a[i] / Σa`. Zero entries are never
@@ -302,6 +312,16 @@ mod tests {
         exp_neg(&[0.0, 1e4, 50.0, 0.0], &mut out[..4]);
         assert_eq!(out[0], 1.0);
         assert!(out[1] < 2e-38);
+    }
+
+    #[test]
+    fn inverse_sqrt_keeps_its_stated_error() {
+        for i in 0..200_000 {
+            let x = 1e-6f32 * (1.0 + 1.5e-4 * i as f32).powi(6);
+            let exact = 1.0 / f64::from(x).sqrt();
+            let error = f64::from(inverse_sqrt(x)) / exact - 1.0;
+            assert!(error.abs() < 3e-7, "{x}: {error:e}");
+        }
     }
 
     #[test]

@@ -249,6 +249,16 @@ impl LayeredMedium {
         (i, ((r - below) / (above - below)).clamp(0.0, 1.0) as f32)
     }
 
+    /// Extinction coefficient at a place found by [`LayeredMedium::locate_radius`], at one wavelength \[m⁻¹\].
+    #[inline(always)]
+    pub(crate) fn extinction_at(&self, lane: usize, (i, t): (usize, f32)) -> f64 {
+        let (below, above) = (
+            self.extinction_row(i)[lane],
+            self.extinction_row(i + 1)[lane],
+        );
+        f64::from(below + t * (above - below))
+    }
+
     /// One species' σ_s at a place found by [`LayeredMedium::locate_radius`] [m⁻¹], one row.
     #[inline(always)]
     pub(crate) fn species_at(&self, species: usize, place: (usize, f32), sigma_s: &mut [f32]) {

@@ -161,13 +161,20 @@ impl<'a> RayColumns<'a> {
     }
 
     /// Distance at which the optical depth at one wavelength reaches `wanted`, which must lie within the ray's `length_m`; leaves
-    /// the columns up to there in `out`.
+    /// the columns up to there in `out`. `sigma` is the extinction coefficient at the start \[m⁻¹\].
     ///
     /// What is looked for is the optical depth to the top at that point: on a falling stretch it is that of the start and
     /// what is wanted besides, on a rising one what remains. As it falls off exponentially with height, Newton's method works
     /// on its logarithm, kept inside a bracket.
     #[inline(always)]
-    pub(crate) fn invert(&self, lane: usize, wanted: f64, length_m: f64, out: &mut [f32]) -> f64 {
+    pub(crate) fn invert(
+        &self,
+        lane: usize,
+        mut sigma: f64,
+        wanted: f64,
+        length_m: f64,
+        out: &mut [f32],
+    ) -> f64 {
         const ITERATIONS: usize = 40;
         // Length of a last step, times the optical depth it makes up \[m\]: as extinction changes by less than its like in a
         // kilometre, what a straight step misses stays below 2e-6.
@@ -176,7 +183,6 @@ impl<'a> RayColumns<'a> {
         let at_start = columns.optical_depth_at(self.start, lane);
         let (mut low, mut high) = (0.0, length_m);
         let (mut s, mut now) = (0.0, at_start);
-        let mut sigma = columns.extinction_at(self.geometry.r0, lane);
         let (mut target, mut sign) = (at_start + wanted, 1.0);
         if self.rises() {
             (target, sign) = (at_start - wanted, -1.0);
@@ -195,11 +201,18 @@ impl<'a> RayColumns<'a> {
         // Rounding of the columns in f32 adds to what is asked for.
         let tolerance = 1e-6 + 1e-5 * wanted + 2e-7 * now.max(target);
         let mut iteration = 0;
+        // Logarithm of what is missing, distance, and their derivative at the place before.
+        let mut before: Option<(f64, f64, f64)> = None;
         let (at, step) = loop {
             iteration += 1;
-            let newton = s + sign * now / sigma * ln(target / now);
-            s = if newton > low && newton < high {
-                newton
+            let (x, slope) = (ln(target / now), sign * now / sigma);
+            let guess = match before {
+                Some(before) => hermite_at_zero(before, (x, s, slope)),
+                None => s + slope * x,
+            };
+            before = Some((x, s, slope));
+            s = if guess > low && guess < high {
+                guess
             } else {
                 0.5 * (low + high)
             };
@@ -230,6 +243,21 @@ impl<'a> RayColumns<'a> {
         self.since_start(s - self.geometry.tangent_m, out);
         s
     }
+}
+
+/// Value at x = 0 of the cubic in x with given values and slopes at two places, (x, value, −slope) each; the slope's step from
+/// the second one if x = 0 lies far outside them.
+#[inline(always)]
+fn hermite_at_zero(first: (f64, f64, f64), second: (f64, f64, f64)) -> f64 {
+    let ((x0, s0, d0), (x1, s1, d1)) = (first, second);
+    let h = x0 - x1;
+    // Share of the way from the first place to the second one at which x = 0.
+    let t = x0 / h;
+    if !(-1.0..3.0).contains(&t) {
+        return s1 + d1 * x1;
+    }
+    let u = 1.0 - t;
+    u * u * (s0 * (1.0 + 2.0 * t) + d0 * h * t) + t * t * (s1 * (3.0 - 2.0 * t) - d1 * h * u)
 }
 
 /// Natural logarithm, by the first terms of its series where they are good to 1e-6: all that a step of Newton's needs.

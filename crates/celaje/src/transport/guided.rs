@@ -120,7 +120,10 @@ impl Walker<'_> {
             along.to(way.length_m, &mut self.rows.columns);
             self.look_ahead(order, true);
             let scale = 1.0 / (cells.on_ground * survival);
-            return self.meet_ground(leg, &way, scale, order, &u);
+            if order > 1 {
+                self.find_sun_on_ground(leg, &way, scale);
+            }
+            return Some(self.meet_ground(leg, &way, scale, &u));
         }
         let (x, density) = draw(&cells, target - cells.on_ground);
         let (share, derivative) = walk.at(x);
@@ -128,7 +131,8 @@ impl Walker<'_> {
         along.to(distance_m, &mut self.rows.columns);
         let radius_m = way.geometry.radius_at(distance_m);
         let at = leg.at + leg.direction * distance_m;
-        self.arrive(radius_m);
+        let place = medium.locate_radius(radius_m);
+        self.arrive(place);
         let scale = (derivative * way.length_m) as f32 / (density * survival);
         let usable = scale > 0.0 && scale.is_finite() && self.weights.total > 0.0;
         if !usable {
@@ -139,16 +143,17 @@ impl Walker<'_> {
         }
         let up = at * (1.0 / radius_m);
         let sun = self.scene.sun.direction;
-        let place = guide.place(radius_m, up.dot(sun));
-        let sigma_s = guide.know(place).sigma_s;
+        let node = guide.place(radius_m, up.dot(sun));
+        let sigma_s = guide.know(node).sigma_s;
         let arrived = self.in_bands(guide);
         let scattered = bands(|b| arrived[b] * sigma_s[b]);
-        let lead = Lead::new(guide, place, u.wavelength as f32, &scattered, up, sun);
+        let lead = Lead::new(guide, node, u.wavelength as f32, &scattered, up, sun);
         let lead = (lead.total > 0.0 && lead.total.is_finite()).then_some((guide, &lead));
         let direction = self.scatter(at, radius_m, leg.direction, scale, u.turn, lead);
         Some(Leg {
             at,
             radius_m,
+            place,
             direction,
         })
     }

@@ -16,17 +16,20 @@ use crate::optics::Phase;
 pub(super) const GUIDED_BELOW: f64 = -0.035;
 
 /// Share of what the first collision could scatter, below which Russian roulette begins; the best of several measured.
-const ROULETTE_BELOW: f32 = 0.1;
+const ROULETTE_BELOW: f32 = 0.06;
 
-/// Share of the scattered directions that are drawn about the sun: where phase functions have a peak forwards, and where it is
-/// sharp.
-const ABOUT_SUN: f64 = 0.1;
-const ABOUT_SUN_SHARP: f64 = 0.2;
+/// How much more readily a path goes on from the ground than its share of the light says; the best of several measured.
+const GROUND_SHARE: f32 = 2.0;
 
-/// Value of a phase function forwards above which it has a peak to speak of \[sr⁻¹\], and a sharp one; an isotropic one has 0.08,
-/// Henyey and Greenstein's of g = 0.7 has 1.5, haze some tens.
+/// Share of the scattered directions that are drawn about the sun, times the sine of the sun's elevation there, and the largest: the
+/// lower the sun, the longer its way through haze, and the more of the light comes from about it. Measured: 0.05 are best under a sun
+/// 60° high, 0.1 at 30°, 0.25 at 5° and below.
+const ABOUT_SUN: f64 = 0.05;
+const MOST_ABOUT_SUN: f64 = 0.25;
+
+/// Value of a phase function forwards above which it has a peak to speak of \[sr⁻¹\]; an isotropic one has 0.08, Henyey and
+/// Greenstein's of g = 0.7 has 1.5, haze some tens.
 const PEAK: f64 = 0.5;
-const SHARP_PEAK: f64 = 5.0;
 
 /// How far below a vertex's horizon directions are still drawn about the sun, as sine of an angle.
 const SUN_IN_REACH: f64 = 0.02;
@@ -52,13 +55,14 @@ pub(super) struct Walker<'a> {
     lost: Vec<f32>,
     /// Their sums over blocks.
     lost_sums: Block,
-    /// Phase functions of the species in two directions, shape (species, lanes).
+    /// Phase functions of the species in a direction, shape (species, lanes).
     phase: Vec<f32>,
-    other_phase: Vec<f32>,
+    /// That of the peaked species, turned about the sun.
+    phase_about_sun: Vec<f32>,
     /// Whether light comes from outside.
     background: bool,
-    /// Share of the scattered directions that are drawn about the sun.
-    about_sun: f64,
+    /// The species about whose peak a share of the scattered directions is drawn.
+    peaked: Option<usize>,
     /// Columns at the start and at the lowest point of the way under work.
     memory: (Vec<f32>, Vec<f32>),
     /// What the path finds, still in units of `first.guess`.
@@ -76,8 +80,6 @@ impl<'a> Walker<'a> {
     ) -> Self {
         let medium = scene.medium;
         let (lanes, species) = (medium.lanes(), medium.phases().len());
-        let peaks = medium.phases().iter().map(|p| p.eval_at(0, 1.0));
-        let forward = peaks.fold(0.0, f64::max);
         Self {
             scene,
             columns,
@@ -91,13 +93,9 @@ impl<'a> Walker<'a> {
             lost: vec![0.0; lanes],
             lost_sums: [0.0; BLOCK],
             phase: vec![0.0; lanes * species],
-            other_phase: vec![0.0; lanes * species],
+            phase_about_sun: vec![0.0; lanes],
             background: scene.background.iter().any(|&l| l > 0.0),
-            about_sun: match forward {
-                p if p > SHARP_PEAK => ABOUT_SUN_SHARP,
-                p if p > PEAK => ABOUT_SUN,
-                _ => 0.0,
-            },
+            peaked: most_peaked(medium),
             memory: (vec![0.0; columns.count()], vec![0.0; columns.count()]),
             found: vec![0.0; lanes],
             stokes: None,
@@ -169,9 +167,11 @@ impl<'a> Walker<'a> {
             return;
         };
         let at = ray.at(span.start_m);
+        let radius_m = at.length();
         let mut leg = Leg {
             at,
-            radius_m: at.length(),
+            radius_m,
+            place: medium.locate_radius(radius_m),
             direction: ray.direction,
         };
         let w = medium.wavelength_nm().len();
@@ -227,7 +227,7 @@ impl<'a> Walker<'a> {
         }
         let in_air = self.look_ahead(order, way.meets_ground);
         let on_ground = if way.meets_ground {
-            lanes::sum(&self.rows.transmittance)
+            GROUND_SHARE * lanes::sum(&self.rows.transmittance)
         } else {
             0.0
         };
@@ -241,11 +241,16 @@ impl<'a> Walker<'a> {
         if !survives {
             return None;
         }
-        let mass = mass / survival.min(1.0);
+        let survival = survival.min(1.0);
+        // What the sun sends by way of the ground is found whichever way the path goes on: by day that halves the variance.
+        if way.meets_ground && order > 1 {
+            self.find_sun_on_ground(leg, &way, 1.0 / survival);
+        }
+        let mass = mass / survival;
         // Far collisions and the ground behind them lie side by side in the range of one number.
         let before_ground = f64::from(in_air / (in_air + on_ground));
         if u.way >= before_ground {
-            return self.meet_ground(leg, &way, mass / on_ground, order, &u);
+            return Some(self.meet_ground(leg, &way, mass / on_ground, &u));
         }
 
         // One wavelength places the collision.
@@ -253,11 +258,14 @@ impl<'a> Walker<'a> {
         let tau_end = self.columns.optical_depth_at(&self.rows.columns, lane);
         let (_, loss) = lanes::exp_and_loss(tau_end as f32);
         let wanted = -(-u.way / before_ground * f64::from(loss)).ln_1p();
-        let distance_m = along.invert(lane, wanted, way.length_m, &mut self.rows.columns);
+        let medium = self.scene.medium;
+        let sigma = medium.extinction_at(lane, leg.place);
+        let distance_m = along.invert(lane, sigma, wanted, way.length_m, &mut self.rows.columns);
         let radius_m = way.geometry.radius_at(distance_m);
+        let place = medium.locate_radius(radius_m);
         let at = leg.at + leg.direction * distance_m;
         // Mean density of collisions here over all wavelengths: Σ w σ_t T / mass.
-        let density = self.arrive(radius_m);
+        let density = self.arrive(place);
         let scale = mass / density;
         let usable = scale > 0.0 && scale.is_finite() && self.weights.total > 0.0;
         if !usable {
@@ -270,6 +278,7 @@ impl<'a> Walker<'a> {
         Some(Leg {
             at,
             radius_m,
+            place,
             direction,
         })
     }
@@ -283,12 +292,15 @@ impl<'a> Walker<'a> {
         } else {
             &self.scene.background
         };
+        let arrives = meets_ground || self.background;
         let mut in_air = [0.0; BLOCK];
         let rows = blocks(&self.weights.weight).zip(blocks(arriving));
         let out = blocks_mut(&mut self.lost).zip(blocks_mut(&mut self.rows.transmittance));
         for (b, ((&weight, &arriving), (lost, reached))) in rows.zip(out).enumerate() {
             let tau = self.columns.optical_depth_block(&self.rows.columns, b);
-            *reached = each(|i| weight[i] * lanes::exp_and_loss(tau[i]).0 * arriving[i]);
+            if arrives {
+                *reached = each(|i| weight[i] * lanes::exp_and_loss(tau[i]).0 * arriving[i]);
+            }
             let gone = each(|i| weight[i] * lanes::exp_and_loss(tau[i]).1);
             in_air = each(|i| in_air[i] + gone[i]);
             *lost = gone;
@@ -304,16 +316,32 @@ impl<'a> Walker<'a> {
         lanes::tree_sum(in_air)
     }
 
-    /// The ground: everything that arrives there, times `scale`.
+    /// Adds the sunlight that the ground at the end of a way sends into the path, times `scale`.
     #[inline(always)]
-    pub fn meet_ground(
-        &mut self,
-        leg: &Leg,
-        way: &Way,
-        scale: f32,
-        order: u32,
-        u: &Draws,
-    ) -> Option<Leg> {
+    pub fn find_sun_on_ground(&mut self, leg: &Leg, way: &Way, scale: f32) {
+        let at = leg.at + leg.direction * way.length_m;
+        let radius_m = at.length();
+        let sunward_m = at.dot(self.first.towards_sun);
+        if sunward_m <= 0.0 || !self.look_at_sun(radius_m, sunward_m) {
+            return;
+        }
+        let factor = scale * (sunward_m / radius_m / std::f64::consts::PI) as f32;
+        let light = &mut self.weights.light;
+        let rows = blocks(&self.rows.transmittance).zip(blocks(&self.first.beam));
+        for (b, ((&reached, &beam), light)) in rows.zip(blocks_mut(light)).enumerate() {
+            let tau = self.columns.optical_depth_block(&self.rows.sun_columns, b);
+            let sunlight = lanes::exp_neg_block(&tau);
+            *light = each(|i| reached[i] * sunlight[i] * (beam[i] * factor));
+        }
+        match &mut self.stokes {
+            Some(stokes) => stokes.find_unpolarised(light, &mut self.found),
+            None => lanes::add_scaled(light, 1.0, &mut self.found),
+        }
+    }
+
+    /// Goes on from the ground with everything that arrives there, times `scale`.
+    #[inline(always)]
+    pub fn meet_ground(&mut self, leg: &Leg, way: &Way, scale: f32, u: &Draws) -> Leg {
         let arrived = self.rows.transmittance.iter();
         for (w, &arrived) in self.weights.weight.iter_mut().zip(arrived) {
             *w = arrived * scale;
@@ -321,39 +349,23 @@ impl<'a> Walker<'a> {
         let at = leg.at + leg.direction * way.length_m;
         let radius_m = at.length();
         let normal = at * (1.0 / radius_m);
-        let mu_sun = normal.dot(self.first.towards_sun);
         if let Some(stokes) = &mut self.stokes {
             stokes.depolarise();
         }
-        if order > 1 && mu_sun > 0.0 && self.look_at_sun(radius_m, radius_m * mu_sun) {
-            let factor = (mu_sun / std::f64::consts::PI) as f32;
-            let Weights { weight, light, .. } = &mut self.weights;
-            let rows = blocks(weight).zip(blocks(&self.first.beam));
-            for (b, ((&weight, &beam), light)) in rows.zip(blocks_mut(light)).enumerate() {
-                let tau = self.columns.optical_depth_block(&self.rows.sun_columns, b);
-                let sunlight = lanes::exp_neg_block(&tau);
-                *light = each(|i| weight[i] * sunlight[i] * beam[i] * factor);
-            }
-            match &mut self.stokes {
-                Some(stokes) => stokes.find_unpolarised(light, &mut self.found),
-                None => lanes::add_scaled(light, 1.0, &mut self.found),
-            }
-        }
-        Some(Leg {
+        Leg {
             at,
             radius_m,
+            place: (0, 0.0),
             direction: normal.deflected_by_turn(u.turn[0].sqrt(), u.turn[1]),
-        })
+        }
     }
 
     /// Takes the weights, by the columns to a collision, through the air up to it, and splits them over the species that
     /// scatter there. Returns the sum of weights times extinction.
     #[inline(always)]
-    pub fn arrive(&mut self, radius_m: f64) -> f32 {
+    pub fn arrive(&mut self, (i, t): (usize, f32)) -> f32 {
         let medium = self.scene.medium;
         let n = medium.lanes();
-        let place = medium.locate_radius(radius_m);
-        let (i, t) = place;
         let (below, above) = (medium.extinction_row(i), medium.extinction_row(i + 1));
         let Weights {
             weight,
@@ -456,7 +468,7 @@ impl<'a> Walker<'a> {
         }
     }
 
-    /// Draws a direction from the mean of all wavelengths' phase functions, or a share of the time from the same functions
+    /// Draws a direction from the mean of all wavelengths' phase functions, or a share of the time from that of the peaked species,
     /// turned about the sun, and goes on with the weights divided by the density of both together.
     ///
     /// The next vertex sees the sun through its phase function, whose peak a path would rarely meet by itself: drawing
@@ -479,12 +491,16 @@ impl<'a> Walker<'a> {
                 Err(rest) => u = rest,
             }
         }
-        let mut share = 0.0;
-        let mut axis = direction;
-        if self.about_sun > 0.0 && self.sun_in_reach(at.dot(sun), radius_m) {
-            share = self.about_sun;
+        let (mut share, mut axis, mut as_species) = (0.0, direction, None);
+        let sunward_m = at.dot(sun);
+        let peaked = self
+            .peaked
+            .filter(|_| self.sun_in_reach(sunward_m, radius_m));
+        if peaked.is_some() {
+            let lowest_m = ABOUT_SUN / MOST_ABOUT_SUN * radius_m;
+            share = ABOUT_SUN * radius_m / sunward_m.max(lowest_m);
             if u[0] < share {
-                axis = sun;
+                (axis, as_species) = (sun, peaked);
                 u[0] /= share;
             } else {
                 u[0] = (u[0] - share) / (1.0 - share);
@@ -492,7 +508,7 @@ impl<'a> Walker<'a> {
         }
         let new = match led {
             Some(new) => new,
-            None => self.weights.draw_about(medium, axis, u),
+            None => self.weights.draw_about(medium, axis, u, as_species),
         };
         let Weights {
             weight,
@@ -506,8 +522,8 @@ impl<'a> Walker<'a> {
             split_sum,
         };
         present.evaluate(medium.phases(), direction.dot(new), &mut self.phase);
-        if share > 0.0 {
-            present.evaluate(medium.phases(), sun.dot(new), &mut self.other_phase);
+        if let Some(k) = peaked {
+            medium.phases()[k].eval(sun.dot(new), &mut self.phase_about_sun);
         }
         let n = weight.len();
         let (mut about_old, mut about_sun) = ([0.0; BLOCK], [0.0; BLOCK]);
@@ -515,9 +531,10 @@ impl<'a> Walker<'a> {
             let light = present.mix(split, &self.phase, n, b);
             about_old = each(|i| about_old[i] + light[i]);
             *weight = light;
-            if share > 0.0 {
-                let light = present.mix(split, &self.other_phase, n, b);
-                about_sun = each(|i| about_sun[i] + light[i]);
+            if peaked.is_some() {
+                let scattered = present.sum(split, n, b);
+                let p = *lanes::block(&self.phase_about_sun, b * BLOCK);
+                about_sun = each(|i| about_sun[i] + scattered[i] * p[i]);
             }
         }
         if let Some(stokes) = &mut self.stokes {
@@ -563,6 +580,17 @@ impl Present<'_> {
         sum
     }
 
+    /// `Σ_k split_k` of block `b`; rows of `n` values.
+    #[inline(always)]
+    fn sum(&self, split: &[f32], n: usize, b: usize) -> Block {
+        let mut sum = [0.0; BLOCK];
+        for k in self.all() {
+            let split = *lanes::block(split, k * n + b * BLOCK);
+            sum = each(|i| sum[i] + split[i]);
+        }
+        sum
+    }
+
     /// Their phase functions at an angle, each into its own row.
     #[inline(always)]
     fn evaluate(&self, phases: &[Phase], cos_theta: f64, rows: &mut [f32]) {
@@ -571,4 +599,20 @@ impl Present<'_> {
             phases[k].eval(cos_theta, &mut rows[k * n..(k + 1) * n]);
         }
     }
+}
+
+/// Of the species whose phase function has a peak forwards, the one that scatters most; all in the middle of the spectrum.
+fn most_peaked(medium: &LayeredMedium) -> Option<usize> {
+    let lane = medium.wavelength_nm().len() / 2;
+    let scattering = |k: usize| -> f64 {
+        let nodes = medium.node_radii_m().windows(2).enumerate();
+        let shells = nodes.map(|(i, r)| {
+            let sigma = medium.species_row(k, i)[lane] + medium.species_row(k, i + 1)[lane];
+            0.5 * f64::from(sigma) * (r[1] - r[0])
+        });
+        shells.sum()
+    };
+    let peaked = |&k: &usize| medium.phases()[k].eval_at(lane, 1.0) > PEAK;
+    let species = (0..medium.phases().len()).filter(peaked);
+    species.max_by(|&a, &b| scattering(a).total_cmp(&scattering(b)))
 }

@@ -9,6 +9,8 @@ pub(super) struct Leg {
     pub at: Vec3,
     /// Distance from the planet's centre \[m\].
     pub radius_m: f64,
+    /// The medium's node below, and how far above it, as [`LayeredMedium::locate_radius`] has it.
+    pub place: (usize, f32),
     pub direction: Vec3,
 }
 
