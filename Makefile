@@ -9,11 +9,17 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 SOURCES := Cargo.toml Cargo.lock pyproject.toml setup.py \
 	$(shell find crates data python -type f \( -name '*.rs' -o -name '*.toml' -o -name '*.csv' -o -name '*.py' -o -name '*.pyi' \))
 
+# Codes that ours is measured beside, and how an environment of their own is made in target.
+SASKTRAN2 := sasktran2==2026.10.1
+ERADIATE := eradiate==1.2.0 eradiate-mitsuba==0.5.0
+peer = $(PYTHON) -m venv target/$(1) && \
+	target/$(1)/bin/python -m pip --disable-pip-version-check --quiet install $(2)
+
 .DEFAULT_GOAL := help
-.PHONY: help sky test check bench bench-mie data docs gallery accuracy prerequisites clean
+.PHONY: help sky test check bench bench-mie bench-peers data docs gallery accuracy prerequisites clean
 
 help:  ## Show this help
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-11s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 sky: .venv/installed  ## Set everything up and render an evening sky over Zaragoza
 	$(BIN)/celaje render --at 41.65,-0.88 --time 2026-06-21T18:30Z -o sky.png -o sky.exr
@@ -37,9 +43,14 @@ bench: prerequisites  ## Measure kernels, and the time to a stated error
 	cargo bench --locked -p celaje --bench kernels --bench mie --bench time_to_error
 
 bench-mie: prerequisites  ## Measure Mie theory beside sasktran2's, which goes into target/sasktran2
-	$(PYTHON) -m venv target/sasktran2
-	target/sasktran2/bin/python -m pip --disable-pip-version-check --quiet install sasktran2
+	$(call peer,sasktran2,$(SASKTRAN2))
 	cargo bench --locked -p celaje --bench mie -- --python $(CURDIR)/target/sasktran2/bin/python
+
+bench-peers: prerequisites  ## Measure the peer scene beside Eradiate and sasktran2, which go into target
+	$(call peer,eradiate,$(ERADIATE))
+	$(call peer,sasktran2,$(SASKTRAN2))
+	cargo bench --locked -p celaje --bench peers -- \
+		--eradiate $(CURDIR)/target/eradiate/bin/python --sasktran2 $(CURDIR)/target/sasktran2/bin/python
 
 data: prerequisites  ## Compute the shipped tables of particle optics anew (five minutes of processor time)
 	cargo run --locked --release -p celaje --example make_tables -- data/mie_tables

@@ -15,15 +15,17 @@ mod support;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
+use celaje::climate::{Conditions, Overrides};
 use celaje::composition::{column, Atmosphere, VerticalGrid};
 use celaje::math::Vec3;
-use celaje::medium::{from_atmosphere, LayeredMedium};
+use celaje::medium::{from_atmosphere, LayeredMedium, Medium};
 use celaje::optics::{AerosolOptics, AngleGrid, Phase};
 use celaje::sensor::{Fisheye, Sensor};
+use celaje::spectrum::SolarSpectrum;
 use celaje::transport::{
     Budget, Classic, Control, Integrator, Observer, Path, PolarisedPath, Scene, SunLight, Tracker,
 };
-use celaje::{Film, Result, WavelengthGrid};
+use celaje::{Film, Result, Sky, WavelengthGrid};
 use cpu_time::ThreadTime;
 use support::{peer, Looks};
 
@@ -38,6 +40,7 @@ const CLASSIC_STRIDE: usize = 10;
 /// `path`.
 struct Wanted(Vec<String>);
 
+const SCENES: [&str; 3] = ["fisheye", "polarisation", "peer"];
 const METHODS: [&str; 4] = ["path", "polarised", "tracker", "classic"];
 
 impl Wanted {
@@ -67,10 +70,13 @@ fn main() -> Result<()> {
     match pool {
         Ok(pool) => pool.install(|| {
             let wanted = Wanted::from_arguments();
-            if wanted.has("fisheye", &["fisheye", "peer"]) {
+            if wanted.has("fisheye", &SCENES) {
                 hazy_fisheye(&wanted)?;
             }
-            if wanted.has("peer", &["fisheye", "peer"]) {
+            if wanted.has("polarisation", &SCENES) {
+                cost_of_polarisation()?;
+            }
+            if wanted.has("peer", &SCENES) {
                 peer_scene()?;
             }
             Ok(())
@@ -312,6 +318,53 @@ fn hazy_fisheye(wanted: &Wanted) -> Result<()> {
         for (name, seconds, us, relative, median) in rows {
             let times = classic_s.map_or("-".into(), |c| format!("{:.0}", c / seconds));
             println!("| {zenith_deg}° | {name} | {seconds:.1} | {times} | {us:.2} | {relative:.3} | {median:.2} |");
+        }
+    }
+    println!();
+    Ok(())
+}
+
+/// What polarised light costs `path` in real air, where particles have whole matrices: the time to a given error of the
+/// radiance, and its two factors.
+fn cost_of_polarisation() -> Result<()> {
+    let overrides = Overrides {
+        aerosol: Some("opac:continental-average".into()),
+        ..Overrides::default()
+    };
+    let look = |i: u32| {
+        let i = f64::from(i);
+        Vec3::from_azimuth_elevation_deg(47.0 * i, 2.0 + 1.8 * i)
+    };
+    let looks = Looks((0..48).map(look).collect());
+    println!(
+        "OPAC continental average, 48 directions, 81 wavelengths: polarised over scalar path\n"
+    );
+    println!(
+        "| sun zenith | carried | seconds, × | time, × | variance, × |\n|---|---|---|---|---|"
+    );
+    for elevation_deg in [30.0, 0.0] {
+        let conditions = Conditions::from_sun(elevation_deg, 180.0, &overrides)?;
+        let sky = Sky::new(
+            conditions,
+            &WavelengthGrid::default(),
+            SolarSpectrum::default(),
+        )?;
+        let scene = Scene::new(&sky.medium, sky.sun.clone(), &sky.albedo)?;
+        let ground_m = sky.medium.ground_radius_m();
+        let run = |integrator: &dyn Integrator<LayeredMedium>| {
+            Run::new(integrator, &scene, ground_m, &looks, (4096, None))
+        };
+        let scalar = run(&Path)?;
+        for (name, stokes) in [("I, Q, U, V", true), ("I alone", false)] {
+            let polarised = run(&PolarisedPath { stokes })?;
+            let time = polarised.work_s / scalar.work_s;
+            let own = |run: &Run| run.relative_variance(&run.film, 1);
+            let variance = own(&polarised) / own(&scalar);
+            println!(
+                "| {}° | {name} | {:.2} | {time:.2} | {variance:.2} |",
+                90.0 - elevation_deg,
+                time * variance
+            );
         }
     }
     println!();

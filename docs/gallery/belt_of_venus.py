@@ -1,4 +1,4 @@
-"""Up the meridian opposite the sun: the dark segment, the pink band, the blue above."""
+"""Up the meridian opposite the sun: the dark segment, the paler and redder belt, the blue above."""
 
 import numpy as np
 
@@ -29,6 +29,6 @@ for channel, name in enumerate(("red", "green", "blue")):
     shares.plot(share[:, channel], elevation_deg, color=name, label=name)
 shares.axvline(1 / 3, color="grey", linewidth=0.6)
 shares.set_xlabel("share of linear sRGB")
-shares.set_title("the belt is pink")
+shares.set_title("the belt is a paler blue")
 shares.legend(frameon=False)
 save(figure, "belt_of_venus", given)

@@ -6,7 +6,6 @@ use celaje::spectrum::SolarSpectrum;
 use celaje::transport::{Integrator, Path, PolarisedPath, Scene, SunLight};
 use celaje::{Film, Sky, WavelengthGrid};
 use celaje_harness::{assert_equal, assert_unbiased, estimate, seed_from_name, BATCHES};
-use cpu_time::ProcessTime;
 
 use crate::scenes::{
     altitude_m, hazy_air, look, peaked_phase, separable, under_sun, PLANET_RADIUS_M, WAVELENGTH_NM,
@@ -273,45 +272,4 @@ fn degree_of_polarisation() {
     let film = &batches(&STOKES, &scene, PLANET_RADIUS_M, &[look(0.0, 60.0)], once)[0];
     assert!((film.degree_of_polarisation(0, 1).unwrap() - 1.0).abs() < 1e-5);
     assert!((film.angle_of_polarisation_deg(0, 1).unwrap().abs() - 90.0).abs() < 1e-3);
-}
-
-/// Rationale: `path` is polarised unless told otherwise because that costs less than three times as much. Expected: processor time
-/// and relative variance of I together (the time to a given error) below 3 times those of the scalar path, whole spectrum, real air.
-#[test]
-#[ignore = "measures time: run by `make accuracy`"]
-fn costs_less_than_three_times_the_scalar_path() {
-    for elevation_deg in [30.0, 0.0] {
-        let overrides = Overrides {
-            aerosol: Some("opac:continental-average".into()),
-            ..Overrides::default()
-        };
-        let conditions = Conditions::from_sun(elevation_deg, 180.0, &overrides).unwrap();
-        let sky = Sky::new(conditions, &WavelengthGrid::default(), SolarSpectrum::Tsis1).unwrap();
-        let scene = Scene::new(&sky.medium, sky.sun.clone(), &sky.albedo).unwrap();
-        let looks: Vec<_> = (0..48)
-            .map(|i| look(f64::from(i) * 47.0, 2.0 + f64::from(i) * 1.8))
-            .collect();
-        let radius_m = PLANET_RADIUS_M + sky.ground_altitude_m();
-        let measure = |integrator: &dyn Integrator<LayeredMedium>| {
-            let once = Job {
-                batches: 1,
-                ..job("cost", 1024)
-            };
-            let start = ProcessTime::now();
-            let film = &batches(integrator, &scene, radius_m, &looks, once)[0];
-            let seconds = start.elapsed().as_secs_f64();
-            let values = film.radiance.iter().zip(&film.variance);
-            let relative: f64 = values.map(|(l, v)| f64::from(v / (l * l))).sum();
-            (seconds, relative)
-        };
-        let [scalar, stokes, radiance] =
-            [&Path as &dyn Integrator<_>, &STOKES, &RADIANCE].map(measure);
-        for (name, it) in [("I, Q, U, V", stokes), ("I alone", radiance)] {
-            let (time, variance) = (it.0 / scalar.0, it.1 / scalar.1);
-            println!(
-                "sun {elevation_deg} deg, {name}: time x {time:.2}, variance of I x {variance:.2}"
-            );
-            assert!(time * variance < 3.0, "{name}: {time} {variance}");
-        }
-    }
 }

@@ -54,10 +54,11 @@ const FREE: [(&str, f64, f64); 3] = [
     ("waso", 50.0, 229.0),
     ("soot", 0.0, 228.0),
 ];
-/// Stratosphere of OPAC: particles of dry `suso` per cm³, 12 to 35 km.
-const STRATOSPHERE_CM3: f64 = 3.0;
-/// Top of the free troposphere and of the stratospheric layer \[m\].
-const TOPS_M: [f64; 2] = [12e3, 35e3];
+/// Top of the free troposphere \[m\].
+const FREE_TOP_M: f64 = 12e3;
+/// Stratosphere of OPAC: particles of dry `suso` per m³, and how thick it is \[m\]. Its column alone matters here, to what the data
+/// set's and the fit's optical depths hold; its layer is composed by name.
+const STRATOSPHERE: (f64, f64) = (3e6, 23e3);
 /// Layers go on so far below the region's mean ground \[m\].
 const BELOW_GROUND_M: f64 = 1e3;
 
@@ -154,6 +155,12 @@ impl Extinction {
         };
         layer.components.iter().map(one).sum::<f64>() * layer.column_above(altitude_m)
     }
+
+    /// Optical depth of the stratosphere at 550 nm, the same above any ground.
+    fn stratosphere(&self) -> f64 {
+        let (number_density, thickness_m) = STRATOSPHERE;
+        number_density * self.named("suso", 0.0) * thickness_m
+    }
 }
 
 /// The aerosol of a place whose ground lies at `altitude_m`.
@@ -204,19 +211,14 @@ pub fn aerosol_climate(
     let regional = mixed(fitted, PLATEAU_AOD[0]);
 
     let humidity = mixture.humidity_percent;
-    let above = |from_m: f64, tropospheric: bool| -> f64 {
-        let wanted = mixture
-            .layers
-            .iter()
-            .filter(|l| l.scales_with_aod == tropospheric);
-        wanted
-            .map(|l| gads.extinction.layer(l, humidity, from_m))
-            .sum()
+    let above = |from_m: f64| -> f64 {
+        let depth = |l| gads.extinction.layer(l, humidity, from_m);
+        mixture.layers.iter().map(depth).sum()
     };
-    let stratospheric_aod_550 = above(altitude_m, false);
-    let whole = above(base_m, true);
+    let stratospheric_aod_550 = gads.extinction.stratosphere();
+    let whole = above(base_m);
     let left_of_layers = if whole > 0.0 {
-        above(altitude_m, true) / whole
+        above(altitude_m) / whole
     } else {
         0.0
     };
@@ -227,7 +229,7 @@ pub fn aerosol_climate(
     let of_poles = ["arctic", "antarctic"].map(|name| {
         let own = mixture.layers.iter().filter(|l| l.name == name);
         let depths = own.map(|l| gads.extinction.layer(l, humidity, altitude_m));
-        depths.sum::<f64>() / above(altitude_m, true).max(f64::MIN_POSITIVE)
+        depths.sum::<f64>() / above(altitude_m).max(f64::MIN_POSITIVE)
     });
     let above_region_m = altitude_m - region_m;
     mixture.nearest_type = nearest_type(&mixture, of_poles, latitude_deg, above_region_m);
@@ -344,7 +346,6 @@ fn layers(node: &Node, ground_m: f64) -> AerosolMixture {
             bottom_m: ground_m - BELOW_GROUND_M,
             top_m: ground_m + top_m,
             scale_height_m,
-            scales_with_aod: true,
             components,
         });
     }
@@ -354,7 +355,6 @@ fn layers(node: &Node, ground_m: f64) -> AerosolMixture {
         bottom_m: ground_m + MINERAL_M[0],
         top_m: ground_m + MINERAL_M[1],
         scale_height_m: None,
-        scales_with_aod: true,
         components: if node.mineral > 0.0 {
             vec![part("mitr", node.mineral, None)]
         } else {
@@ -367,19 +367,9 @@ fn layers(node: &Node, ground_m: f64) -> AerosolMixture {
         reference_m: 2e3,
         // Whole metres: an edge must meet the other layers' edges, or keep clear of them.
         bottom_m: ground_m + node.free_from_m.round(),
-        top_m: TOPS_M[0],
+        top_m: FREE_TOP_M,
         scale_height_m: Some(8e3),
-        scales_with_aod: true,
         components: free.collect(),
-    });
-    layers.push(MixtureLayer {
-        name: "stratosphere",
-        reference_m: TOPS_M[0],
-        bottom_m: TOPS_M[0],
-        top_m: TOPS_M[1],
-        scale_height_m: None,
-        scales_with_aod: false,
-        components: vec![part("suso", STRATOSPHERE_CM3, Some(0.0))],
     });
     layers.retain(|l| !l.components.is_empty() && l.bottom_m < l.top_m);
     AerosolMixture {
@@ -394,7 +384,7 @@ fn layers(node: &Node, ground_m: f64) -> AerosolMixture {
 /// Shares of mineral, sea salt, soot and all else in the tropospheric optical depth above an altitude.
 fn shares(mixture: &AerosolMixture, extinction: &Extinction, altitude_m: f64) -> [f64; 4] {
     let mut share = [0.0; 4];
-    for layer in mixture.layers.iter().filter(|l| l.scales_with_aod) {
+    for layer in &mixture.layers {
         let column = layer.column_above(altitude_m);
         for c in &layer.components {
             let humidity = c.humidity_percent.unwrap_or(mixture.humidity_percent);
@@ -485,7 +475,7 @@ fn load() -> Result<Gads> {
             .layers
             .iter()
             .map(|l| extinction.layer(l, node.humidity, 0.0));
-        node.aod = depths.sum();
+        node.aod = depths.sum::<f64>() + extinction.stratosphere();
         nodes.push(node);
     }
     Ok(Gads { nodes, extinction })

@@ -29,8 +29,6 @@ pub struct MixtureLayer {
     pub top_m: f64,
     /// Scale height \[m\]; `None` is constant.
     pub scale_height_m: Option<f64>,
-    /// Whether the optical depth sets the amount (troposphere), or it stays as it is (stratosphere).
-    pub scales_with_aod: bool,
     /// What it is made of.
     pub components: Vec<MixtureComponent>,
 }
@@ -52,7 +50,7 @@ impl MixtureLayer {
     }
 }
 
-/// The aerosol of a place and a season.
+/// The aerosol of a place and a season, up to the tropopause: the optical depth sets its amount.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct AerosolMixture {
     /// Layers from the ground up; they may overlap.

@@ -9,7 +9,7 @@ use crate::climate::{
 use crate::error::{check_range, Error, Result};
 
 impl AerosolType {
-    /// The aerosol of a mixture that the climate found.
+    /// The aerosol of a mixture that the climate found; it has no stratosphere of its own.
     ///
     /// Number densities are those of the data set; the optical depth in force scales them afterwards.
     ///
@@ -55,7 +55,7 @@ fn layer(layer: &MixtureLayer) -> AerosolLayer {
             top_m: layer.top_m,
             scale_height_m: layer.scale_height_m.unwrap_or(f64::INFINITY),
         },
-        scales_with_aod: layer.scales_with_aod,
+        scales_with_aod: true,
     }
 }
 
@@ -197,9 +197,6 @@ mod tests {
         let aerosol = AerosolType::of_conditions(&found).unwrap();
         assert_eq!(aerosol.name, CLIMATE);
         assert!(aerosol.layers.iter().any(|l| l.name == "continental"));
-        assert!(aerosol
-            .layers
-            .iter()
-            .any(|l| l.name == "stratosphere" && !l.scales_with_aod));
+        assert!(aerosol.upper_layers().is_empty());
     }
 }
