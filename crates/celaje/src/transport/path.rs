@@ -6,7 +6,8 @@
 //! * every later collision is forced: a path never leaves the air unseen, its weight shrinks instead. Where it collides is drawn
 //!   by inverting the optical depth of one wavelength, chosen by what the wavelengths would lose on the way, and divided by the
 //!   mean density over all wavelengths (see `weights.rs`);
-//! * sunlight at a vertex is attenuated exactly.
+//! * sunlight at a vertex is attenuated exactly, and the sunlit ground at the end of a way is seen whether the path goes on from there or
+//!   not (`docs/decisions/0017-light-found-for-certain.md`).
 //!
 //! Each path uses a fixed number of random dimensions per vertex, so a scrambled Sobol sequence evens out the first ones.
 //! Weights start at the inverse of a first guess of the pixel's own spectrum: choices and Russian roulette then act on
