@@ -123,8 +123,8 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         let mut told = Vec::new();
         let film = if args.correct {
             let (film, correction) = plan.look_and_correct(&sky, sensor, Correction::SPP, mode)?;
-            told.extend(tell(&correction.before, Correction::SPP));
-            told.extend(tell_correction(&correction));
+            tell_correction(&correction);
+            told = correction.entries();
             film
         } else if let Some(path) = &args.checkpoint {
             look_with_checkpoint(path, &plan, &sky, sensor, &metadata, args)?.film
@@ -133,10 +133,9 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         };
         let rendered_s = start.elapsed().as_secs_f64();
         if args.check && !args.correct {
-            told.extend(tell(
-                &plan.check(&sky, sensor, Residual::SPP, mode)?,
-                Residual::SPP,
-            ));
+            let residual = plan.check(&sky, sensor, Residual::SPP, mode)?;
+            tell(&residual, Residual::SPP);
+            told = residual.entries();
         }
         let mut metadata = with_paths(metadata, &film, &plan);
         metadata.extend(told);
@@ -196,36 +195,28 @@ fn look_with_checkpoint(
     plan.look_and_keep(sky, sensor, args.method.progress, resume, Some(&keep))
 }
 
-/// Tells the user how a picture compares with the reference, and returns what a file is to say of it.
-fn tell(residual: &Residual, spp: u32) -> Vec<(String, String)> {
+/// Tells the user how a picture compares with the reference.
+fn tell(residual: &Residual, spp: u32) {
     let count = residual.directions.len();
-    let words = residual.words();
-    let [(_, mean), (_, rms), (_, worst)] = &words;
+    let [(_, mean), (_, rms), (_, worst)] = residual.words();
     eprintln!(
         "shells over path less one in {count} directions of {spp} paths: mean {mean}; rms {rms} without the noise; worst {worst}"
     );
-    let mut entries = vec![("check_directions".to_owned(), count.to_string())];
-    entries.extend(words.map(|(name, value)| (format!("check_{name}"), value)));
-    entries
 }
 
-/// The same of a correction.
-fn tell_correction(correction: &Correction) -> Vec<(String, String)> {
-    let words = correction.words();
+/// Tells the user how a picture was corrected.
+fn tell_correction(correction: &Correction) {
+    tell(&correction.before, Correction::SPP);
+    let words = correction.words().into_iter();
     let text: Vec<String> = words
-        .iter()
         .map(|(name, value)| format!("{name} {value}"))
         .collect();
     let judged = if correction.is_nothing() {
         ""
     } else {
-        " (what is left in directions that did not take part)"
+        " (each direction by the field of the others)"
     };
     eprintln!("corrected {}{judged}", text.join("; "));
-    let entries = words.into_iter();
-    entries
-        .map(|(name, value)| (format!("corrected_{name}"), value))
-        .collect()
 }
 
 /// The failure of a command that is to write nothing.

@@ -74,6 +74,15 @@ impl Residual {
 impl Residual {
     /// Paths in each direction that tell an error of a per cent.
     pub const SPP: u32 = 2048;
+
+    /// What a file says of the comparison: names and values.
+    pub fn entries(&self) -> Vec<(String, String)> {
+        let count = self.directions.len().to_string();
+        let mut entries = vec![("check_directions".to_owned(), count)];
+        let words = self.words().into_iter();
+        entries.extend(words.map(|(name, value)| (format!("check_{name}"), value)));
+        entries
+    }
 }
 
 impl Sky {
@@ -143,9 +152,9 @@ mod tests {
     use super::*;
     use crate::bake::BakeOptions;
     use crate::climate::{Conditions, Overrides};
-    use crate::sensor::{Fisheye, Perspective};
+    use crate::sensor::Fisheye;
     use crate::spectrum::{SolarSpectrum, WavelengthGrid};
-    use crate::transport::Accuracy;
+    use crate::transport::{Accuracy, Budget};
 
     #[test]
     fn sums_of_residuals() {

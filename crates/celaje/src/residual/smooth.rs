@@ -255,21 +255,23 @@ mod tests {
         assert!(alarms <= 20, "{alarms}");
     }
 
-    /// Expected: a field of three times the noise is found to a third of the noise, and few directions are left alone.
+    /// Expected: of fields three times as large as the noise, found twenty times, what is left is a third of the noise (0.25 of it was
+    /// simulated, with noise that differs); few directions are left alone.
     #[test]
     fn a_field_is_found_under_noise() {
         let places = places(50);
         let mut rng = Rng::new(11, 0);
         let field = |[x, y]: [f64; 2]| 3.0 * x + 2.0 * y;
-        let values: Vec<f64> = places
-            .iter()
-            .map(|&p| field(p) + normal(&mut rng))
-            .collect();
-        let fit = Polynomial::fit(&places, &values, &[1.0; 50]);
-        let squares = places.iter().map(|&p| (fit.at(p) - field(p)).powi(2));
-        let rms = (squares.sum::<f64>() / 50.0).sqrt();
-        assert!(rms < 0.45, "{rms}");
-        let few = Polynomial::fit(&places[..11], &values[..11], &[1.0; 11]);
-        assert!(few.is_zero());
+        let mut squares = 0.0;
+        for _ in 0..20 {
+            let noisy = |&p: &[f64; 2]| field(p) + normal(&mut rng);
+            let values: Vec<f64> = places.iter().map(noisy).collect();
+            let fit = Polynomial::fit(&places, &values, &[1.0; 50]);
+            let left = places.iter().map(|&p| (fit.at(p) - field(p)).powi(2));
+            squares += left.sum::<f64>() / 50.0;
+            assert!(Polynomial::fit(&places[..11], &values[..11], &[1.0; 11]).is_zero());
+        }
+        let rms = (squares / 20.0).sqrt();
+        assert!(rms < 0.33, "{rms}");
     }
 }
