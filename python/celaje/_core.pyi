@@ -120,6 +120,18 @@ class Sky:
         time_limit_s: float | None,
         polarised: bool | None = None,
     ) -> tuple[_F32, _F32, _U32, _Stokes]: ...
+    def render_checked(
+        self,
+        sensor: Sensor,
+        accuracy: str,
+        seed: int,
+        max_order: int | None,
+        sun_disc: str,
+        altitude_m: float | None,
+        threads: int | None,
+        polarised: bool | None,
+        correct: bool,
+    ) -> tuple[tuple[_F32, _F32, _U32, _Stokes], list[tuple[str, str]]]: ...
     def with_cloud(
         self,
         edges_m: tuple[_F64, _F64, _F64],

@@ -286,3 +286,22 @@ def test_a_cloud_must_fit_its_edges() -> None:
     cloudy = sky.with_cloud(side, side, altitude, np.ones((1, 1, 1)), 0.01, 0.0, phase)
     with pytest.raises(celaje.InvalidInputError, match="cloud"):
         cloudy.radiance(0.0, 90.0, method="path", spp=4)
+
+
+def test_a_picture_is_checked_and_corrected(evening: celaje.Sky) -> None:
+    plain = evening.render(size=8, accuracy="preview", sun_disc="off")
+    checked = evening.render(size=8, accuracy="preview", sun_disc="off", check=True)
+    assert np.array_equal(plain.radiance, checked.radiance)
+    assert checked.metadata["check_directions"] == "50"
+    assert "±" in checked.metadata["check_mean"]
+    assert "corrected_by" not in checked.metadata
+    corrected = evening.render(size=8, accuracy="preview", sun_disc="off", correct=True)
+    lit = plain.radiance > 0
+    ratio = corrected.radiance[lit] / plain.radiance[lit]
+    assert np.abs(ratio - 1).max() < 0.1
+    changed = not corrected.metadata["corrected_by"].startswith("nothing")
+    assert changed == bool((ratio != 1).any())
+    assert changed == ("corrected_rms" in corrected.metadata)
+    for wrong in ({"method": "path"}, {"spp": 4}, {"sun_disc": "only"}):
+        with pytest.raises(celaje.InvalidInputError, match="method shells"):
+            evening.render(size=8, correct=True, **wrong)  # type: ignore[arg-type]

@@ -3,6 +3,7 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod correction;
 mod disc;
 mod energy;
 mod gridded;

@@ -19,7 +19,7 @@ use crate::progress::Progress;
 use crate::render::{metadata, no_output};
 
 /// Frames looked at in small before the film is made, to find its exposure.
-const PILOT_FRAMES: usize = 80;
+const PILOT_FRAMES: usize = 40;
 /// Pixels of the longer side of these.
 const PILOT_SIZE: usize = 32;
 /// Frames over which the exposure is smoothed, as a share of the film.

@@ -10,7 +10,7 @@ use celaje::colour::{Exposure, Look, Observer, ToneCurve};
 use celaje::error::check_range;
 use celaje::irradiance::{Irradiance, Tilt};
 use celaje::place::SunPosition;
-use celaje::residual::Residual;
+use celaje::residual::{Correction, Residual};
 use celaje::sensor::{Fisheye, LatLong, Perspective, Sensor, PROJECTIONS};
 use celaje::sky::{Method, Polarised, RenderOptions, SunDisc};
 use celaje::spectrum::SolarSpectrum;
@@ -402,6 +402,23 @@ impl Plan {
         Ok(interrupt::stoppable(|flag| {
             sky.residual(sensor, &self.options, spp, flag, &report)
         })?)
+    }
+
+    /// Looks at a sky by shells and corrects the picture by the reference, with progress.
+    pub fn look_and_correct(
+        &self,
+        sky: &Sky,
+        sensor: &dyn Sensor,
+        spp: u32,
+        mode: ProgressMode,
+    ) -> Result<(Film, Correction), Failure> {
+        let progress = Progress::start(mode);
+        let report = |done, total| progress.report(done, total);
+        let corrected = interrupt::stoppable(|flag| {
+            sky.render_corrected(sensor, &self.options, spp, flag, &report)
+        })?;
+        progress.finish();
+        Ok(corrected)
     }
 
     /// Measures irradiance, with progress, until it is done or the user has enough.

@@ -7,8 +7,9 @@ use celaje::image::{
     check_target, check_writable, read_checkpoint, remove_checkpoint, save, write_checkpoint,
     Format,
 };
+use celaje::residual::{Correction, Residual};
 use celaje::sensor::Sensor;
-use celaje::sky::{Method, Polarised};
+use celaje::sky::{Method, Polarised, SunDisc};
 use celaje::transport::{Goal, Outcome, Partial};
 use celaje::{Film, Sky};
 use clap::Args;
@@ -17,7 +18,6 @@ use crate::explain::night;
 use crate::failure::Failure;
 use crate::interrupt;
 use crate::options::{Air, Colour, MethodOptions, Picture, Plan, View, WhereWhen};
-use crate::progress::ProgressMode;
 
 /// Render the sky to .png, .exr, .hdr, .nc
 #[derive(Debug, Args)]
@@ -33,7 +33,8 @@ Examples:
   celaje render --at -33.4,-70.6 --time 2026-06-21T09:30-04:00 -o dawn.png
   celaje render --sun-elevation -4 --projection latlong --size 512 -o twilight.exr
   celaje render scene.toml --aod 0.4 -o hazy.png
-  celaje render --sun-elevation 3 --check -o sky.exr"
+  celaje render --sun-elevation 3 --check -o sky.exr
+  celaje render --sun-elevation 3 --accuracy preview --correct -o sky.exr"
 )]
 pub struct RenderArgs {
     /// Scene file (TOML) with the words of these options; options given here win
@@ -58,6 +59,9 @@ pub struct RenderArgs {
     /// Compare the method shells with path at 50 directions of the picture, on stderr and in the file
     #[arg(long, help_heading = "Method")]
     check: bool,
+    /// Correct the method shells by what of its difference from path at these directions is smooth; says what is left of it
+    #[arg(long, help_heading = "Method")]
+    correct: bool,
     #[command(flatten)]
     colour: Colour,
 }
@@ -74,10 +78,23 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         disc,
         default,
     )?;
-    if args.check && plan.options.method != Method::Shells {
+    if plan.options.method != Method::Shells {
+        for (given, option, does) in [
+            (args.check, "--check", "compares the method shells with"),
+            (args.correct, "--correct", "corrects the method shells by"),
+        ] {
+            if given {
+                return Err(Failure::usage(
+                    format!("{option} {does} path; another method was asked for"),
+                    format!("leave {option} out, or --method and --spp"),
+                ));
+            }
+        }
+    }
+    if args.correct && plan.options.sun_disc == SunDisc::Only {
         return Err(Failure::usage(
-            "--check compares the method shells with path; another method was asked for",
-            "leave --check out, or --method and --spp",
+            "--correct has no meaning for the sun's disc alone, which is exact",
+            "leave --correct or --sun-disc out",
         ));
     }
     let sensor = args.picture.sensor(plan.wavelength.len())?;
@@ -102,16 +119,26 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         let sky = plan.sky()?;
         let metadata = metadata(&plan, &sky, sensor.as_ref());
         let sensor = sensor.as_ref();
-        let outcome = match &args.checkpoint {
-            None => plan.look(&sky, sensor, args.method.progress)?,
-            Some(path) => look_with_checkpoint(path, &plan, &sky, sensor, &metadata, args)?,
+        let mode = args.method.progress;
+        let mut told = Vec::new();
+        let film = if args.correct {
+            let (film, correction) = plan.look_and_correct(&sky, sensor, Correction::SPP, mode)?;
+            tell_correction(&correction);
+            told = correction.entries();
+            film
+        } else if let Some(path) = &args.checkpoint {
+            look_with_checkpoint(path, &plan, &sky, sensor, &metadata, args)?.film
+        } else {
+            plan.look(&sky, sensor, mode)?.film
         };
-        let film = outcome.film;
         let rendered_s = start.elapsed().as_secs_f64();
-        let mut metadata = with_paths(metadata, &film, &plan);
-        if args.check {
-            metadata.extend(check(&plan, &sky, sensor, args.method.progress)?);
+        if args.check && !args.correct {
+            let residual = plan.check(&sky, sensor, Residual::SPP, mode)?;
+            tell(&residual, Residual::SPP);
+            told = residual.entries();
         }
+        let mut metadata = with_paths(metadata, &film, &plan);
+        metadata.extend(told);
         for path in &args.output {
             interrupt::check()?;
             save(path, &film, &look, Some(sensor), &metadata)?;
@@ -168,38 +195,28 @@ fn look_with_checkpoint(
     plan.look_and_keep(sky, sensor, args.method.progress, resume, Some(&keep))
 }
 
-/// Paths in each direction of a check.
-const CHECK_SPP: u32 = 2048;
-
-/// Compares with the reference, tells the user, and returns what a file is to say of it.
-fn check(
-    plan: &Plan,
-    sky: &Sky,
-    sensor: &dyn Sensor,
-    mode: ProgressMode,
-) -> Result<Vec<(String, String)>, Failure> {
-    let residual = plan.check(sky, sensor, CHECK_SPP, mode)?;
-    let percent = |x: f64| 100.0 * x;
-    let (mean, mean_error) = residual.mean();
-    let (azimuth, elevation, worst, worst_error) = residual.worst();
-    let mean = format!("{:+.2} ± {:.2} %", percent(mean), percent(mean_error));
-    let rms = format!("{:.2} %", percent(residual.rms()));
-    let worst = format!(
-        "{:+.2} ± {:.2} % at azimuth {azimuth:.0}, elevation {elevation:.1} deg",
-        percent(worst),
-        percent(worst_error)
-    );
+/// Tells the user how a picture compares with the reference.
+fn tell(residual: &Residual, spp: u32) {
     let count = residual.directions.len();
+    let [(_, mean), (_, rms), (_, worst)] = residual.words();
     eprintln!(
-        "shells over path less one in {count} directions of {CHECK_SPP} paths: mean {mean}; rms {rms} without the noise; \
-         worst {worst}"
+        "shells over path less one in {count} directions of {spp} paths: mean {mean}; rms {rms} without the noise; worst {worst}"
     );
-    Ok(vec![
-        ("check_directions".to_owned(), count.to_string()),
-        ("check_mean".to_owned(), mean),
-        ("check_rms".to_owned(), rms),
-        ("check_worst".to_owned(), worst),
-    ])
+}
+
+/// Tells the user how a picture was corrected.
+fn tell_correction(correction: &Correction) {
+    tell(&correction.before, Correction::SPP);
+    let words = correction.words().into_iter();
+    let text: Vec<String> = words
+        .map(|(name, value)| format!("{name} {value}"))
+        .collect();
+    let judged = if correction.is_nothing() {
+        ""
+    } else {
+        " (each direction by the field of the others)"
+    };
+    eprintln!("corrected {}{judged}", text.join("; "));
 }
 
 /// The failure of a command that is to write nothing.

@@ -294,9 +294,43 @@ fn a_picture_can_be_checked() {
         .unwrap();
     let kept = &reader.info().utf8_text;
     assert!(kept.iter().any(|t| t.keyword == "check_mean"), "{kept:?}");
-    let other = run(
-        path,
-        &[&sky[..], &["--check", "--spp=4", "-o", "b.png"]].concat(),
-    );
-    assert_eq!(other.status.code(), Some(2));
+    for (more, said) in [
+        (&["--check", "--spp=4"][..], "leave --check out"),
+        (&["--correct", "--method=path"], "leave --correct out"),
+        (&["--correct", "--sun-disc=only"], "which is exact"),
+    ] {
+        let other = run(path, &[&sky[..], more, &["-o", "b.png"]].concat());
+        assert_eq!(other.status.code(), Some(2), "{more:?}");
+        assert!(stderr(&other).contains(said), "{}", stderr(&other));
+    }
+}
+
+/// A correction is told before and after, and kept in the file.
+#[test]
+fn a_picture_can_be_corrected() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let sky = [
+        "render",
+        "--sun-elevation=10",
+        "--wavelengths=450,650",
+        "--accuracy=preview",
+        "--size=16",
+        "--correct",
+        "-o",
+        "a.png",
+    ];
+    let said = stderr(&run_well(path, &sky));
+    let before = said.lines().find(|l| l.starts_with("shells over path"));
+    assert!(before.unwrap().contains("32768 paths"), "{said}");
+    let after = said.lines().find(|l| l.starts_with("corrected by"));
+    assert!(after.unwrap().contains("the smooth part"), "{said}");
+    assert!(after.unwrap().contains("; rms 0."), "{said}");
+    let reader = png::Decoder::new(BufReader::new(File::open(path.join("a.png")).unwrap()))
+        .read_info()
+        .unwrap();
+    let kept = &reader.info().utf8_text;
+    for name in ["check_rms", "corrected_by", "corrected_rms"] {
+        assert!(kept.iter().any(|t| t.keyword == name), "{name}: {kept:?}");
+    }
 }

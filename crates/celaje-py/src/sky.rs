@@ -11,10 +11,11 @@ use celaje::irradiance::Tilt;
 use celaje::math::Vec3;
 use celaje::medium::{GridBox, GriddedMedium};
 use celaje::place::SunPosition;
+use celaje::residual::{Correction, Residual};
 use celaje::sky::{Method, Polarised, RenderOptions, SunDisc};
 use celaje::spectrum::SolarSpectrum;
 use celaje::transport::{Accuracy, Budget, Goal, Reins};
-use celaje::{Error, WavelengthGrid};
+use celaje::{Error, Film, WavelengthGrid};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -165,11 +166,7 @@ impl Sky {
             sun_disc,
             altitude_m,
         )?;
-        options.polarised = match polarised {
-            None => Polarised::Radiance,
-            Some(true) => Polarised::Stokes,
-            Some(false) => Polarised::Off,
-        };
+        options.polarised = read_polarised(polarised);
         if let Some(seconds) = time_limit_s {
             check_range("time_limit", seconds, "s", 1e-3..=1e9)?;
         }
@@ -192,15 +189,41 @@ impl Sky {
                 .render_until(sensor, &options, &goal, cancel, reins)?;
             Ok(outcome.film)
         })?;
-        let shape = [film.height, film.width, film.wavelength_nm.len()];
-        Ok((
-            film.radiance.into_pyarray(py).reshape(shape)?,
-            film.variance.into_pyarray(py).reshape(shape)?,
-            film.samples
-                .into_pyarray(py)
-                .reshape([film.height, film.width])?,
-            stokes_arrays(py, film.polarisation, shape)?,
-        ))
+        film_arrays(py, film)
+    }
+
+    /// The picture by shells and what its file is to say of its difference from path; if wanted, without what of that is smooth.
+    #[pyo3(signature = (sensor, accuracy, seed, max_order, sun_disc, altitude_m, threads, polarised, correct))]
+    fn render_checked<'py>(
+        &self,
+        py: Python<'py>,
+        sensor: &Sensor,
+        accuracy: &str,
+        seed: u64,
+        max_order: Option<u32>,
+        sun_disc: &str,
+        altitude_m: Option<f64>,
+        threads: Option<usize>,
+        polarised: Option<bool>,
+        correct: bool,
+    ) -> Outcome<(FilmArrays<'py>, Vec<(String, String)>)> {
+        let sun_disc = read_sun_disc(sun_disc)?;
+        let budget = (1, seed, max_order);
+        let mut options = render_options(Some("shells"), accuracy, budget, sun_disc, altitude_m)?;
+        options.polarised = read_polarised(polarised);
+        let (film, entries) = interruptible(py, threads, |cancel| {
+            let (sky, sensor) = (&self.inner, sensor.inner.as_ref());
+            if correct {
+                let spp = Correction::SPP;
+                let (film, correction) =
+                    sky.render_corrected(sensor, &options, spp, cancel, &|_, _| ())?;
+                return Ok((film, correction.entries()));
+            }
+            let film = sky.render(sensor, &options, cancel, &|_, _| ())?;
+            let residual = sky.residual(sensor, &options, Residual::SPP, cancel, &|_, _| ())?;
+            Ok((film, residual.entries()))
+        })?;
+        Ok((film_arrays(py, film)?, entries))
     }
 
     /// The same sky with a box of cells in it, whose edges and content are arrays (see `celaje::medium::GridBox`).
@@ -364,6 +387,26 @@ impl Sky {
     fn load_tables(path: &str) -> Outcome<(Self, Vec<(String, String)>)> {
         let (inner, origin) = celaje::Sky::load_tables(Path::new(path))?;
         Ok((Self { inner }, origin))
+    }
+}
+
+fn film_arrays(py: Python<'_>, film: Film) -> Outcome<FilmArrays<'_>> {
+    let shape = [film.height, film.width, film.wavelength_nm.len()];
+    Ok((
+        film.radiance.into_pyarray(py).reshape(shape)?,
+        film.variance.into_pyarray(py).reshape(shape)?,
+        film.samples
+            .into_pyarray(py)
+            .reshape([film.height, film.width])?,
+        stokes_arrays(py, film.polarisation, shape)?,
+    ))
+}
+
+fn read_polarised(polarised: Option<bool>) -> Polarised {
+    match polarised {
+        None => Polarised::Radiance,
+        Some(true) => Polarised::Stokes,
+        Some(false) => Polarised::Off,
     }
 }
 

@@ -217,29 +217,21 @@ impl Along {
             let log = w[0] * logs[0] + w[1] * logs[1] + w[2] * logs[2] + w[3] * logs[3];
             let scale = log.exp();
             harmonics::cosines(*cos_phi, &mut self.cosines[..=degree]);
-            let sources = &self.by_order[at * rows..(at + 4) * rows];
-            let (s0, rest) = sources.split_at(rows);
-            let (s1, rest) = rest.split_at(rows);
-            let (s2, s3) = rest.split_at(rows);
-            for block in (0..n).step_by(lanes::BLOCK) {
-                let mut sums = [[0.0f32; lanes::BLOCK]; 4];
-                for m in 0..=degree {
-                    let c = self.cosines[m];
-                    let at = m * n + block..m * n + block + lanes::BLOCK;
-                    let node = [&s0[at.clone()], &s1[at.clone()], &s2[at.clone()], &s3[at]];
-                    for (sum, node) in sums.iter_mut().zip(node) {
-                        for (s, &x) in sum.iter_mut().zip(node) {
-                            *s += c * x;
-                        }
+            let cosines = &self.cosines[..=degree];
+            let w = w.map(|w| w * scale);
+            for (block, out) in lanes::blocks_mut(out).take(n / lanes::BLOCK).enumerate() {
+                let from = at * rows + block * lanes::BLOCK;
+                let mut sum = [0.0f32; lanes::BLOCK];
+                for (k, &w) in w.iter().enumerate() {
+                    let mut of_node = [0.0f32; lanes::BLOCK];
+                    for (m, &c) in cosines.iter().enumerate() {
+                        let order = *lanes::block(&self.by_order, from + k * rows + m * n);
+                        of_node = lanes::each(|i| of_node[i] + c * order[i]);
                     }
+                    sum = lanes::each(|i| sum[i] + w * of_node[i]);
                 }
-                let w = w.map(|w| w * scale);
-                for (i, o) in out[block..block + lanes::BLOCK].iter_mut().enumerate() {
-                    *o += w[0] * sums[0][i]
-                        + w[1] * sums[1][i]
-                        + w[2] * sums[2][i]
-                        + w[3] * sums[3][i];
-                }
+                let before = *out;
+                *out = lanes::each(|i| before[i] + sum[i]);
             }
         }
     }
@@ -272,18 +264,14 @@ impl Along {
                     let node = (at + k) * rows + block;
                     for m in 0..=most {
                         let (c, s) = (w * self.cosines[m], w * self.sines[m]);
-                        let of_q = lanes::block(&self.by_order, node + at_q + m * n);
-                        let of_u = lanes::block(&self.by_order, node + at_u + m * n);
-                        for i in 0..lanes::BLOCK {
-                            q[i] += c * of_q[i];
-                            u[i] += s * of_u[i];
-                        }
+                        let of_q = *lanes::block(&self.by_order, node + at_q + m * n);
+                        let of_u = *lanes::block(&self.by_order, node + at_u + m * n);
+                        q = lanes::each(|i| q[i] + c * of_q[i]);
+                        u = lanes::each(|i| u[i] + s * of_u[i]);
                     }
                 }
-                for i in 0..lanes::BLOCK {
-                    out_q[block + i] += q[i];
-                    out_u[block + i] += u[i];
-                }
+                lanes::add_scaled(&q, 1.0, &mut out_q[block..block + lanes::BLOCK]);
+                lanes::add_scaled(&u, 1.0, &mut out_u[block..block + lanes::BLOCK]);
             }
         }
     }

@@ -216,11 +216,9 @@ impl Field {
                     let y = polar[k];
                     let (u, v) = (u * y, v * y);
                     let at = k * n + block;
-                    let (b, t) = (&below[at..at + lanes::BLOCK], &above[at..at + lanes::BLOCK]);
-                    let c = &coefficients[l * n + block..l * n + block + lanes::BLOCK];
-                    for i in 0..lanes::BLOCK {
-                        sum[i] += c[i] * (u * b[i] + v * t[i]);
-                    }
+                    let (b, t) = (*lanes::block(below, at), *lanes::block(above, at));
+                    let c = *lanes::block(coefficients, l * n + block);
+                    sum = lanes::each(|i| sum[i] + c[i] * (u * b[i] + v * t[i]));
                 }
                 out[m * n + block..m * n + block + lanes::BLOCK].copy_from_slice(&sum);
             }
@@ -254,14 +252,8 @@ impl Field {
         let electric = harmonics::count(self.solution.degree);
         let magnetic = electric + spin::count(self.solution.polarised_degree);
         let (out_i, out_q_u) = out.split_at_mut((degree + 1) * n);
+        let nodes = [(below, u), (above, v)];
         for block in (0..n).step_by(lanes::BLOCK) {
-            let moment = |k: usize| -> lanes::Block {
-                let (b, t) = (
-                    lanes::block(below, k * n + block),
-                    lanes::block(above, k * n + block),
-                );
-                lanes::each(|i| u * b[i] + v * t[i])
-            };
             for m in 0..=most {
                 let (mut in_i, mut in_q, mut in_u) = (
                     [0.0; lanes::BLOCK],
@@ -270,24 +262,23 @@ impl Field {
                 );
                 for l in m.max(2)..=most {
                     let (k, s) = (harmonics::index(l, m), spin::index(l, m));
-                    let row = |c: usize| lanes::block(polarising, (3 * (l - 2) + c) * n + block);
-                    let (b, e, h) = (row(0), row(1), row(2));
-                    let in_e = moment(electric + s);
+                    let row = (3 * (l - 2)) * n + block;
+                    let b = *lanes::block(polarising, row);
+                    let in_e = blend(nodes, (electric + s) * n + block);
                     let y = polar[k];
-                    for i in 0..lanes::BLOCK {
-                        in_i[i] += y * b[i] * in_e[i];
-                    }
+                    in_i = lanes::each(|i| in_i[i] + y * b[i] * in_e[i]);
                     if !stokes {
                         continue;
                     }
                     let (w, x) = (scattering.w[s], scattering.x[s]);
-                    let (of_i, of_b) = (moment(k), moment(magnetic + s));
-                    for i in 0..lanes::BLOCK {
-                        let to_e = b[i] * of_i[i] + e[i] * in_e[i];
-                        let to_b = h[i] * of_b[i];
-                        in_q[i] += w * to_e - x * to_b;
-                        in_u[i] += w * to_b - x * to_e;
-                    }
+                    let of_i = blend(nodes, k * n + block);
+                    let e = *lanes::block(polarising, row + n);
+                    let h = *lanes::block(polarising, row + 2 * n);
+                    let of_b = blend(nodes, (magnetic + s) * n + block);
+                    let to_e = lanes::each(|i| b[i] * of_i[i] + e[i] * in_e[i]);
+                    let to_b = lanes::each(|i| h[i] * of_b[i]);
+                    in_q = lanes::each(|i| in_q[i] + (w * to_e[i] - x * to_b[i]));
+                    in_u = lanes::each(|i| in_u[i] + (w * to_b[i] - x * to_e[i]));
                 }
                 let at = m * n + block;
                 for (o, i) in out_i[at..at + lanes::BLOCK].iter_mut().zip(in_i) {
@@ -321,6 +312,13 @@ impl Field {
             }
         }
     }
+}
+
+/// A block of the weighted sum of two nodes' rows.
+#[inline(always)]
+fn blend([(low, u), (high, v)]: [(&[f32], f32); 2], at: usize) -> lanes::Block {
+    let (low, high) = (lanes::block(low, at), lanes::block(high, at));
+    lanes::each(|i| u * low[i] + v * high[i])
 }
 
 /// arccos to 2·10⁻⁸ rad, many times as fast as the library's.

@@ -6,6 +6,7 @@ use multiversion::multiversion;
 use rayon::prelude::*;
 
 use super::along::{Along, Stand, Target};
+use super::azimuths::EveryOther;
 use super::march::March;
 use super::scaled::Sunlit;
 use super::skygrid::SkyGrid;
@@ -27,7 +28,7 @@ const DISC_POINTS: u32 = 1024;
 const VIEW_POINTS: usize = 32;
 
 /// Pixels above which it pays to compute the sky on a grid of directions first.
-const MANY_PIXELS: usize = 4000;
+const MANY_PIXELS: usize = 1000;
 
 /// Tables looked at under one sun.
 pub struct Gatherer<'a> {
@@ -89,7 +90,14 @@ impl<'a> Gatherer<'a> {
         let total = (width * height) as u64;
         let origin = Vec3::new(0.0, 0.0, observer.radius_m);
         let grid = if width * height > MANY_PIXELS && self.max_order != Some(0) {
-            Some(SkyGrid::new(self, observer.radius_m, control.cancel)?)
+            let seen = |pixel: usize| sensor.direction(pixel % width, pixel / width, 0.5, 0.5);
+            let looks = (0..width * height).filter_map(seen);
+            Some(SkyGrid::new(
+                self,
+                observer.radius_m,
+                looks,
+                control.cancel,
+            )?)
         } else {
             None
         };
@@ -205,9 +213,10 @@ pub fn gather_row<'a>(
     worker: &mut RayWorker<'a>,
     ray: &Ray,
     targets: &[Target],
+    azimuths: &EveryOther,
     parts: &mut [f32],
 ) {
-    worker.gather(ray, targets, parts);
+    worker.gather_around(ray, targets, azimuths, parts);
 }
 
 impl Worker<'_> {
@@ -385,6 +394,8 @@ pub struct RayWorker<'a> {
     few: Vec<f32>,
     rough: Vec<f32>,
     share: Vec<f32>,
+    /// Multiple scattering at every other azimuth, shape (target, components, lanes).
+    every_other: Vec<f32>,
 }
 
 impl<'a> RayWorker<'a> {
@@ -403,6 +414,7 @@ impl<'a> RayWorker<'a> {
             few: Vec::new(),
             rough: Vec::new(),
             share: vec![0.0; n],
+            every_other: Vec::new(),
         }
     }
 
@@ -416,23 +428,47 @@ impl<'a> RayWorker<'a> {
     #[inline(always)]
     pub fn gather(&mut self, ray: &Ray, targets: &[Target], parts: &mut [f32]) {
         parts.fill(0.0);
-        let g = self.gatherer;
-        let Tables {
-            fine,
-            few,
-            rough,
-            medium,
-            levels,
-            ..
-        } = g.tables;
-        if g.max_order == Some(0) {
-            return;
-        }
-        // A ray from space starts where it meets the air.
-        let Some((span, _)) = ray.through_air(medium.ground_radius_m(), medium.top_radius_m())
-        else {
+        let Some((inside, stand)) = self.enter(ray) else {
             return;
         };
+        self.add_single(&inside, stand, targets, parts);
+        self.add_multiple(&inside, stand, targets, parts, self.scattering.len());
+    }
+
+    /// [`RayWorker::gather`] at all azimuths of a grid, with multiple scattering found at every other one.
+    #[inline(always)]
+    pub fn gather_around(
+        &mut self,
+        ray: &Ray,
+        targets: &[Target],
+        azimuths: &EveryOther,
+        parts: &mut [f32],
+    ) {
+        parts.fill(0.0);
+        let Some((inside, stand)) = self.enter(ray) else {
+            return;
+        };
+        self.add_single(&inside, stand, targets, parts);
+        let n = self.gatherer.tables.medium.lanes();
+        let every_other: Vec<Target> = targets.iter().step_by(2).copied().collect();
+        let mut found = std::mem::take(&mut self.every_other);
+        found.clear();
+        found.resize(every_other.len() * self.gatherer.components() * n, 0.0);
+        self.add_multiple(&inside, stand, &every_other, &mut found, 0);
+        let stride = parts.len() / targets.len();
+        azimuths.add(&found, parts, stride, self.scattering.len(), n);
+        self.every_other = found;
+    }
+
+    /// A ray from where it meets the air, and where its observer stands; none if there is nothing to be seen along it.
+    #[inline(always)]
+    fn enter(&self, ray: &Ray) -> Option<(Ray, Stand)> {
+        let g = self.gatherer;
+        if g.max_order == Some(0) {
+            return None;
+        }
+        let medium = &g.tables.medium;
+        let (span, _) = ray.through_air(medium.ground_radius_m(), medium.top_radius_m())?;
         let inside = Ray {
             origin: ray.at(span.start_m),
             direction: ray.direction,
@@ -441,13 +477,35 @@ impl<'a> RayWorker<'a> {
             radius_m: ray.origin.length(),
             offset_m: span.start_m,
         };
-        self.march.cut(&fine.medium, &fine.columns, levels, &inside);
-        self.add_single(stand, targets, parts);
+        Some((inside, stand))
+    }
+
+    /// Multiple scattering.
+    ///
+    /// * `out` — a row of each target; `first` — where in a row the components begin
+    #[inline(always)]
+    fn add_multiple(
+        &mut self,
+        inside: &Ray,
+        stand: Stand,
+        targets: &[Target],
+        out: &mut [f32],
+        first: usize,
+    ) {
+        let g = self.gatherer;
+        let Tables {
+            few,
+            rough,
+            medium,
+            levels,
+            rough_levels,
+            ..
+        } = g.tables;
         let Some(fields) = g.tables.fields.as_ref().filter(|_| g.max_order != Some(1)) else {
             return;
         };
         let n = medium.lanes();
-        self.march.cut(&few.medium, &few.columns, levels, &inside);
+        self.march.cut(&few.medium, &few.columns, levels, inside);
         self.few.clear();
         let few_stride = g.components() * few.medium.lanes();
         self.few.resize(targets.len() * few_stride, 0.0);
@@ -460,7 +518,7 @@ impl<'a> RayWorker<'a> {
             &mut self.few,
         );
         self.march
-            .cut(&rough.medium, &rough.columns, levels, &inside);
+            .cut(&rough.medium, &rough.columns, rough_levels, inside);
         self.rough.clear();
         self.rough.resize(targets.len() * g.components() * n, 0.0);
         self.along.add_scattered(
@@ -471,17 +529,16 @@ impl<'a> RayWorker<'a> {
             targets,
             &mut self.rough,
         );
-        let stride = parts.len() / targets.len();
+        let stride = out.len() / targets.len();
         let both = self
             .few
             .chunks_exact(few_stride)
             .zip(self.rough.chunks_exact(g.components() * n));
         let spread = &g.tables.spread;
-        let first = medium.phases().len() * n;
-        for (parts, (few_found, rough_found)) in parts.chunks_exact_mut(stride).zip(both) {
+        for (out, (few_found, rough_found)) in out.chunks_exact_mut(stride).zip(both) {
             let mut few_found = few_found.chunks_exact(few.medium.lanes());
             let mut rough_found = rough_found.chunks_exact(n);
-            let mut rest = parts[first..].chunks_exact_mut(n);
+            let mut rest = out[first..].chunks_exact_mut(n);
             let (Some(few), Some(rough), Some(out)) =
                 (few_found.next(), rough_found.next(), rest.next())
             else {
@@ -496,13 +553,15 @@ impl<'a> RayWorker<'a> {
 
     /// Sunlight scattered once, by species, and reflected by the ground.
     #[inline(always)]
-    fn add_single(&mut self, stand: Stand, targets: &[Target], parts: &mut [f32]) {
+    fn add_single(&mut self, inside: &Ray, stand: Stand, targets: &[Target], parts: &mut [f32]) {
         let Tables {
             fine,
             medium,
             albedo,
+            levels,
             ..
         } = self.gatherer.tables;
+        self.march.cut(&fine.medium, &fine.columns, levels, inside);
         let n = medium.lanes();
         let stride = parts.len() / targets.len();
         let march = &self.march;

@@ -12,6 +12,7 @@
 //! One set of tables (`tables.rs`) serves every view and altitude, and every sun in its range of zenith angles.
 
 mod along;
+mod azimuths;
 mod field;
 mod gather;
 mod harmonics;

@@ -10,6 +10,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use rayon::prelude::*;
 
 use super::along::Target;
+use super::azimuths::EveryOther;
 use super::gather::{combine, gather_row, Gatherer, RayWorker};
 use crate::error::{Error, Result};
 use crate::math::interp::Cubic;
@@ -27,7 +28,10 @@ const CHECKED: usize = 4;
 
 /// Parts of the radiance over elevation and azimuth from the sun.
 pub struct SkyGrid {
-    segments: Vec<Segment>,
+    /// Below the horizon and above it; none where nothing is looked at.
+    segments: [Option<Segment>; 2],
+    /// Elevation of the horizon \[rad\].
+    horizon: f64,
     /// Intervals from the sun's azimuth to the opposite one.
     azimuths: usize,
     /// Horizontal unit vector towards the sun.
@@ -51,17 +55,24 @@ struct Segment {
 type Row = (f64, Vec<f32>);
 
 impl SkyGrid {
-    /// Computes the sky around an observer.
+    /// Computes the sky around an observer, as far as it is looked at.
     ///
     /// # Errors
     /// [`Error::Interrupted`].
-    pub fn new(gatherer: &Gatherer<'_>, observer_m: f64, cancel: &AtomicBool) -> Result<Self> {
+    pub fn new(
+        gatherer: &Gatherer<'_>,
+        observer_m: f64,
+        looks: impl Iterator<Item = Vec3>,
+        cancel: &AtomicBool,
+    ) -> Result<Self> {
         let medium = &gatherer.tables.medium;
         let resolution = gatherer.tables.accuracy.resolution();
         let sun = gatherer.sun.direction;
         let across = sun.x.hypot(sun.y);
+        let dip = |radius_m: f64| -(radius_m / observer_m).min(1.0).acos();
         let mut grid = Self {
-            segments: Vec::new(),
+            segments: [None, None],
+            horizon: dip(medium.ground_radius_m()),
             azimuths: resolution.view_azimuths,
             towards: if across > 0.0 {
                 (sun.x / across, sun.y / across)
@@ -71,8 +82,6 @@ impl SkyGrid {
             width: gatherer.parts(),
             odd: if gatherer.stokes { medium.lanes() } else { 0 },
         };
-        let dip = |radius_m: f64| -(radius_m / observer_m).min(1.0).acos();
-        let horizon = dip(medium.ground_radius_m());
         // From above the air, the sky ends at its limb.
         let end = if observer_m > medium.top_radius_m() {
             dip(medium.top_radius_m())
@@ -85,26 +94,45 @@ impl SkyGrid {
             observer_m,
             tolerance: resolution.view_tolerance,
             most_rows: resolution.view_rows,
+            every_other: EveryOther::new(resolution.view_azimuths),
             cancel,
         };
-        let below = builder.segment(horizon - EDGE_RAD, -FRAC_PI_2, 8)?;
-        let above = builder.segment(horizon + EDGE_RAD, end - EDGE_RAD, 16)?;
-        grid.segments = vec![below, above];
+        let mut seen = [false; 2];
+        for look in looks {
+            seen[grid.side(elevation(look))] = true;
+            if seen == [true; 2] {
+                break;
+            }
+        }
+        let below = || builder.segment(grid.horizon - EDGE_RAD, -FRAC_PI_2, 8);
+        let above = || builder.segment(grid.horizon + EDGE_RAD, end - EDGE_RAD, 16);
+        let segments = [
+            seen[0].then(below).transpose()?,
+            seen[1].then(above).transpose()?,
+        ];
+        grid.segments = segments;
         Ok(grid)
+    }
+
+    /// Which of the segments holds an elevation.
+    #[inline(always)]
+    fn side(&self, elevation: f64) -> usize {
+        usize::from(elevation > self.horizon)
     }
 
     /// The parts of the radiance in a direction.
     #[inline(always)]
     pub fn interpolate(&self, direction: Vec3, parts: &mut [f32]) {
         parts.fill(0.0);
-        let across = direction.x.hypot(direction.y);
-        let elevation = direction.z.atan2(across);
-        let middle = self.segments[0].range.1 + EDGE_RAD;
-        let segment = &self.segments[usize::from(elevation > middle)];
+        let elevation = elevation(direction);
+        let Some(segment) = &self.segments[self.side(elevation)] else {
+            return;
+        };
         if elevation > segment.range.1 + 2.0 * EDGE_RAD {
             return;
         }
         let (first, weights) = segment.elevations.at(elevation);
+        let across = direction.x.hypot(direction.y);
         let cos_phi = if across > 0.0 {
             (direction.x * self.towards.0 + direction.y * self.towards.1) / across
         } else {
@@ -149,6 +177,12 @@ impl SkyGrid {
     }
 }
 
+/// Elevation of a direction \[rad\].
+#[inline(always)]
+fn elevation(direction: Vec3) -> f64 {
+    direction.z.atan2(direction.x.hypot(direction.y))
+}
+
 /// What rows are made with.
 struct Builder<'a> {
     gatherer: &'a Gatherer<'a>,
@@ -156,6 +190,7 @@ struct Builder<'a> {
     observer_m: f64,
     tolerance: f32,
     most_rows: usize,
+    every_other: EveryOther,
     cancel: &'a AtomicBool,
 }
 
@@ -226,7 +261,7 @@ impl Builder<'_> {
                         })
                         .collect();
                     let mut parts = vec![0.0; targets.len() * self.grid.width];
-                    gather_row(worker, &ray, &targets, &mut parts);
+                    gather_row(worker, &ray, &targets, &self.every_other, &mut parts);
                     Ok((elevation, parts))
                 },
             )

@@ -21,6 +21,9 @@ use crate::transport::scene::SunLight;
 /// Margin about the sun zenith angles that rays can meet, for light that comes from beyond \[deg\].
 const MARGIN_DEG: f64 = 3.0;
 
+/// How many times as far apart the levels of a view are for the coarse solution, which only has to know how wavelengths differ.
+const ROUGHER: f64 = 3.0;
+
 /// What tables are solved for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TablesOptions {
@@ -56,6 +59,7 @@ pub struct Tables {
     /// None where only first-order light is wanted.
     pub(super) fields: Option<Fields>,
     pub(super) levels: Levels,
+    pub(super) rough_levels: Levels,
     pub(super) bases: Bases,
     pub(super) rough_bases: Bases,
     polarised: bool,
@@ -190,6 +194,10 @@ impl Tables {
             chosen,
         };
         let rough_resolution = resolution.rough();
+        let levels = |times: f64| {
+            let spacing_m = times * resolution.view_level_m;
+            Levels::new(medium, spacing_m, times * resolution.view_level_growth)
+        };
         let wanted = [
             // Of single scattering the matrices themselves are known.
             of(&resolution, all.clone(), false),
@@ -208,11 +216,8 @@ impl Tables {
             few: few_scaled,
             rough,
             fields: None,
-            levels: Levels::new(
-                medium,
-                resolution.view_level_m,
-                resolution.view_level_growth,
-            ),
+            levels: levels(1.0),
+            rough_levels: levels(ROUGHER),
             spread: Spread::new(medium, albedo, &few),
             true_columns,
             medium: medium.clone(),

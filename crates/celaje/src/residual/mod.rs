@@ -1,19 +1,20 @@
-//! The error bar of a picture without noise: what is left between it and the reference, at some of its pixels.
+//! The error bar of a picture without noise: what is left between it and the reference, at some of its pixels; and the picture
+//! without what of that is smooth.
+
+mod comparison;
+mod correction;
+mod smooth;
+mod spectral;
+
+pub use correction::Correction;
 
 use std::sync::atomic::AtomicBool;
 
 use crate::error::{Error, Result};
-use crate::math::Vec3;
-use crate::sensor::{Directions, Sensor};
+use crate::film::Film;
+use crate::sensor::Sensor;
 use crate::sky::{Method, RenderOptions, Sky, SunDisc};
-use crate::transport::Budget;
-
-/// Directions compared.
-const DIRECTIONS: usize = 50;
-/// Nearer to the sun than this nothing is compared: the aureole is steep \[deg\].
-const AUREOLE_DEG: f64 = 5.0;
-/// The golden ratio of two dimensions (M. Roberts 2018): steps that fill a square evenly, however many there are.
-const PLASTIC: f64 = 1.324_717_957_244_746;
+use comparison::Comparison;
 
 /// How the method `shells` compares with the method `path`.
 #[derive(Debug, Clone, PartialEq)]
@@ -52,6 +53,36 @@ impl Residual {
         all.reduce(|a, b| largest(&a, &b))
             .unwrap_or((f64::NAN, f64::NAN, 0.0, 0.0))
     }
+
+    /// Mean, root mean square and worst direction in words, as they are told and as files keep them.
+    pub fn words(&self) -> [(&'static str, String); 3] {
+        let percent = |x: f64, error: f64| format!("{:+.2} ± {:.2} %", 100.0 * x, 100.0 * error);
+        let (mean, error) = self.mean();
+        let (azimuth, elevation, worst, worst_error) = self.worst();
+        let worst = percent(worst, worst_error);
+        [
+            ("mean", percent(mean, error)),
+            ("rms", format!("{:.2} %", 100.0 * self.rms())),
+            (
+                "worst",
+                format!("{worst} at azimuth {azimuth:.0}, elevation {elevation:.1} deg"),
+            ),
+        ]
+    }
+}
+
+impl Residual {
+    /// Paths in each direction that tell an error of a per cent.
+    pub const SPP: u32 = 2048;
+
+    /// What a file says of the comparison: names and values.
+    pub fn entries(&self) -> Vec<(String, String)> {
+        let count = self.directions.len().to_string();
+        let mut entries = vec![("check_directions".to_owned(), count)];
+        let words = self.words().into_iter();
+        entries.extend(words.map(|(name, value)| (format!("check_{name}"), value)));
+        entries
+    }
 }
 
 impl Sky {
@@ -59,7 +90,7 @@ impl Sky {
     ///
     /// # Arguments
     /// * `options` — observer, seed and number of orders; method, disc and number of paths are not looked at
-    /// * `spp` — paths in each direction
+    /// * `spp` — paths in each direction, such as [`Residual::SPP`]
     ///
     /// # Errors
     /// As [`Sky::render`]; [`Error::Invalid`] where the picture has no direction to compare, or no light.
@@ -71,79 +102,49 @@ impl Sky {
         cancel: &AtomicBool,
         progress: &(dyn Fn(u64, u64) + Sync),
     ) -> Result<Residual> {
-        let (azimuth_deg, elevation_deg) = spread(sensor, self.sun.direction);
-        if azimuth_deg.is_empty() {
+        let comparison = Comparison::new(self, sensor, options, spp, cancel, progress)?;
+        Ok(comparison.residual(|_, _| 1.0))
+    }
+
+    /// [`Sky::render`] by `shells`, corrected by what of its residual against `path` is smooth: [`Correction`].
+    ///
+    /// The sun's disc, which is exact, is left as it is.
+    ///
+    /// # Arguments
+    /// * `spp` — paths in each of 50 directions, such as [`Correction::SPP`]
+    ///
+    /// # Errors
+    /// As [`Sky::residual`]; [`Error::Invalid`] for another method, and for the disc alone.
+    pub fn render_corrected(
+        &self,
+        sensor: &dyn Sensor,
+        options: &RenderOptions,
+        spp: u32,
+        cancel: &AtomicBool,
+        progress: &(dyn Fn(u64, u64) + Sync),
+    ) -> Result<(Film, Correction)> {
+        if options.method != Method::Shells || options.sun_disc == SunDisc::Only {
             return Err(Error::invalid(
-                "the picture shows nothing beyond 5 deg from the sun to compare",
-                "compare a wider picture",
+                "only the sky by the method shells is corrected by path",
+                "ask for the method shells, with sun disc on or off",
             ));
         }
-        let looks = Directions::new(&azimuth_deg, &elevation_deg)?;
-        let with = |method: Method| RenderOptions {
-            method,
-            budget: Budget {
-                spp,
-                ..options.budget
-            },
-            sun_disc: SunDisc::Off,
+        let comparison = Comparison::new(self, sensor, options, spp, cancel, progress)?;
+        let correction = Correction::new(&comparison);
+        let with = |sun_disc: SunDisc| RenderOptions {
+            sun_disc,
             ..*options
         };
-        let shells = self.render(&looks, &with(Method::Shells), cancel, &|_, _| ())?;
-        let path = self.render(&looks, &with(Method::Path), cancel, progress)?;
-        let w = self.wavelength_nm().len();
-        let sum = |values: &[f32], k: usize| -> f64 {
-            let row = &values[k * w..(k + 1) * w];
-            row.iter().map(|&v| f64::from(v)).sum()
-        };
-        let mut directions = Vec::new();
-        for (k, (&azimuth, &elevation)) in azimuth_deg.iter().zip(&elevation_deg).enumerate() {
-            let reference = sum(&path.radiance, k);
-            if reference <= 0.0 {
-                continue;
+        let mut film = self.render(sensor, &with(SunDisc::Off), cancel, &|_, _| ())?;
+        correction.apply(&mut film, sensor);
+        if options.sun_disc == SunDisc::On {
+            let disc = self.render(sensor, &with(SunDisc::Only), cancel, &|_, _| ())?;
+            for (sky, disc) in film.radiance.iter_mut().zip(&disc.radiance) {
+                *sky += disc;
             }
-            // Wavelengths share their paths, so their errors add up.
-            let row = &path.variance[k * w..(k + 1) * w];
-            let error: f64 = row.iter().map(|&v| f64::from(v).sqrt()).sum();
-            let residual = sum(&shells.radiance, k) / reference - 1.0;
-            directions.push((azimuth, elevation, residual, error / reference));
         }
-        if directions.is_empty() {
-            return Err(Error::invalid(
-                "no light reaches the directions compared",
-                "compare a picture with some light",
-            ));
-        }
-        Ok(Residual { directions })
+        Ok((film, correction))
     }
-}
-
-/// Directions spread evenly over a picture, away from the sun \[deg\].
-fn spread(sensor: &dyn Sensor, sun: Vec3) -> (Vec<f64>, Vec<f64>) {
-    let (width, height) = sensor.size();
-    let mut looks = (Vec::new(), Vec::new());
-    // At most this many trials: a picture that shows hardly anything must not be searched for ever.
-    for k in 1..=100 * DIRECTIONS {
-        let place = |step: f64, pixels: usize| {
-            let x = (0.5 + k as f64 * step).fract() * pixels as f64;
-            let pixel = (x as usize).min(pixels - 1);
-            (pixel, x - pixel as f64)
-        };
-        let (column, u) = place(1.0 / PLASTIC, width);
-        let (row, v) = place(1.0 / (PLASTIC * PLASTIC), height);
-        let Some(direction) = sensor.direction(column, row, u, v) else {
-            continue;
-        };
-        if direction.dot(sun) > AUREOLE_DEG.to_radians().cos() {
-            continue;
-        }
-        let (azimuth, elevation) = direction.to_azimuth_elevation_deg();
-        looks.0.push(azimuth);
-        looks.1.push(elevation);
-        if looks.0.len() == DIRECTIONS {
-            break;
-        }
-    }
-    looks
 }
 
 #[cfg(test)]
@@ -151,28 +152,9 @@ mod tests {
     use super::*;
     use crate::bake::BakeOptions;
     use crate::climate::{Conditions, Overrides};
-    use crate::sensor::{Fisheye, Perspective};
+    use crate::sensor::Fisheye;
     use crate::spectrum::{SolarSpectrum, WavelengthGrid};
-    use crate::transport::Accuracy;
-
-    #[test]
-    fn directions_fill_the_picture_and_keep_away_from_the_sun() {
-        let sun = Vec3::from_azimuth_elevation_deg(120.0, 40.0);
-        let fisheye = Fisheye::new(64, 64, 180.0).unwrap();
-        let (azimuth, elevation) = spread(&fisheye, sun);
-        assert_eq!(azimuth.len(), DIRECTIONS);
-        for quarter in 0..4 {
-            let of = |a: &f64| (a.rem_euclid(360.0) / 90.0) as usize == quarter;
-            assert!(azimuth.iter().filter(|a| of(a)).count() >= 8);
-        }
-        assert!(elevation.iter().filter(|&&e| e < 15.0).count() >= 8);
-        for (a, e) in azimuth.iter().zip(&elevation) {
-            let look = Vec3::from_azimuth_elevation_deg(*a, *e);
-            assert!(look.dot(sun) < 5f64.to_radians().cos());
-        }
-        let at_the_sun = Perspective::new(8, 8, 2.0, 120.0, 40.0).unwrap();
-        assert!(spread(&at_the_sun, sun).0.is_empty());
-    }
+    use crate::transport::{Accuracy, Budget};
 
     #[test]
     fn sums_of_residuals() {
