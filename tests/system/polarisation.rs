@@ -95,7 +95,7 @@ fn white_furnace() {
         &scene,
         PLANET_RADIUS_M,
         &looks,
-        job("polarised furnace", 512),
+        job("polarised furnace", 1024),
     );
     for direction in 0..looks.len() {
         for lane in 0..4 {

@@ -28,7 +28,7 @@ fn radiance_is_uniform() {
         look(300.0, -60.0),
     ];
     let integrators: [(&str, &dyn Integrator<_>, u32); 3] = [
-        ("path", &Path, 1024),
+        ("path", &Path, 2048),
         ("tracker", &Tracker, 4096),
         ("classic", &Classic, 256),
     ];
