@@ -304,4 +304,4 @@ def test_a_picture_is_checked_and_corrected(evening: celaje.Sky) -> None:
     assert changed == ("corrected_rms" in corrected.metadata)
     for wrong in ({"method": "path"}, {"spp": 4}, {"sun_disc": "only"}):
         with pytest.raises(celaje.InvalidInputError, match="method shells"):
-            evening.render(size=8, correct=True, **wrong)  # type: ignore[arg-type]
+            evening.render(size=8, correct=True, **wrong)
