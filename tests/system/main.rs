@@ -12,7 +12,6 @@ mod polarised_shells;
 mod reproducibility;
 mod scenes;
 mod shells;
-mod shells_exact;
 mod single_scattering;
 mod unbiased;
 mod variants;
