@@ -11,15 +11,14 @@
 #[path = "../tests/support/mod.rs"]
 mod support;
 
-use std::process::Command;
-use std::sync::atomic::AtomicBool;
-
+use celaje::math::Vec3;
 use celaje::medium::LayeredMedium;
-use celaje::transport::{Accuracy, Budget, Control, Integrator, Observer, Path, Shells};
+use celaje::transport::{Accuracy, Integrator, Path, Shells};
 use celaje::{Film, Result, WavelengthGrid};
 use celaje_harness::{estimate, Estimate};
 use cpu_time::ThreadTime;
-use support::{peer, Looks};
+use std::process::Command;
+use support::{batches, peer, Job};
 
 const SUN_ZENITH_DEG: f64 = 60.0;
 /// Paths per direction and repetition, and repetitions.
@@ -91,7 +90,7 @@ fn off(a: &[f64], b: &[f64]) -> (f64, f64) {
 struct Ours {
     wavelength_nm: Vec<f64>,
     medium: LayeredMedium,
-    looks: Looks,
+    looks: Vec<Vec3>,
     /// Published wavelengths among those above.
     published: Vec<usize>,
 }
@@ -104,7 +103,7 @@ impl Ours {
         Self {
             wavelength_nm: wavelength_nm.to_vec(),
             medium: peer::medium(wavelength_nm),
-            looks: Looks(looks),
+            looks,
             published: known.map(|(i, _)| i).collect(),
         }
     }
@@ -115,29 +114,22 @@ impl Ours {
         integrator: &dyn Integrator<LayeredMedium>,
         spp: u32,
         seed: u64,
-    ) -> Result<(Film, f64)> {
+    ) -> (Film, f64) {
         let scene = peer::scene(&self.medium, &self.wavelength_nm, SUN_ZENITH_DEG);
-        let observer = Observer {
-            radius_m: peer::PLANET_RADIUS_M,
-            sun_disc: false,
-        };
-        let control = Control {
-            budget: Budget {
-                spp,
-                seed,
-                max_order: None,
-            },
-            cancel: &AtomicBool::new(false),
-            progress: &|_, _| {},
+        let job = Job {
+            seed,
+            batches: 1,
+            spp,
+            max_order: None,
         };
         let start = ThreadTime::now();
-        let film = integrator.render(&scene, &observer, &self.looks, &control)?;
-        Ok((film, start.elapsed().as_secs_f64()))
+        let mut films = batches(integrator, &scene, peer::PLANET_RADIUS_M, &self.looks, job);
+        (films.remove(0), start.elapsed().as_secs_f64())
     }
 
     /// A film's radiances at the published wavelengths, in the order of the table.
     fn cells(&self, film: &Film) -> Vec<f64> {
-        let directions = 0..self.looks.0.len();
+        let directions = 0..self.looks.len();
         let row = |lane: usize| {
             let directions = directions.clone();
             directions.map(move |d| f64::from(film.spectrum(d)[lane]))
@@ -146,41 +138,41 @@ impl Ours {
     }
 
     /// Repetitions by `path`.
-    fn path(&self, label: &str) -> Result<Run> {
-        let (_, setup_s) = self.render(&Path, 1, 0)?;
+    fn path(&self, label: &str) -> Run {
+        let (_, setup_s) = self.render(&Path, 1, 0);
         let (mut seconds, mut radiance) = (0.0, Vec::new());
         for seed in 1..=REPETITIONS {
-            let (film, s) = self.render(&Path, SPP, seed)?;
+            let (film, s) = self.render(&Path, SPP, seed);
             seconds += (s - setup_s) / REPETITIONS as f64;
             radiance.push(self.cells(&film));
         }
-        Ok(Run {
+        Run {
             label: label.into(),
             seconds,
             wavelengths: self.wavelength_nm.len(),
             radiance,
-        })
+        }
     }
 
     /// `shells`, solved and looked at.
-    fn shells(&self, accuracy: Accuracy, name: &str) -> Result<Run> {
+    fn shells(&self, accuracy: Accuracy, name: &str) -> Run {
         let (mut seconds, mut radiance) = (f64::INFINITY, Vec::new());
         for _ in 0..RUNS {
-            let (film, s) = self.render(&Shells { accuracy }, 1, 0)?;
+            let (film, s) = self.render(&Shells { accuracy }, 1, 0);
             seconds = f64::min(seconds, s);
             radiance = vec![self.cells(&film)];
         }
-        Ok(Run {
+        Run {
             label: format!("shells, {name}"),
             seconds,
             wavelengths: self.wavelength_nm.len(),
             radiance,
-        })
+        }
     }
 }
 
 /// `path` with a single wavelength at a time, as codes do that share nothing between wavelengths: the published ones together.
-fn one_by_one() -> Result<Run> {
+fn one_by_one() -> Run {
     let published_nm = peer::axes(&peer::published("SO")).0;
     let mut all = Run {
         label: "path, one wavelength at a time".into(),
@@ -189,13 +181,13 @@ fn one_by_one() -> Result<Run> {
         radiance: vec![Vec::new(); REPETITIONS as usize],
     };
     for nm in published_nm {
-        let one = Ours::new(&[nm]).path("")?;
+        let one = Ours::new(&[nm]).path("");
         all.seconds += one.seconds;
         for (cells, more) in all.radiance.iter_mut().zip(one.radiance) {
             cells.extend(more);
         }
     }
-    Ok(all)
+    all
 }
 
 /// What a script prints, run by the Python that `--NAME` names: a line of JSON per run.
@@ -281,12 +273,12 @@ fn print_solvers(ours: &[Run], theirs: &[Run], truth: &[f64], published: &[f64])
 fn measure() -> Result<()> {
     let grid = WavelengthGrid::range(380.0, 780.0, 5.0)?;
     let ours = Ours::new(grid.nm());
-    let directions = ours.looks.0.len();
+    let directions = ours.looks.len();
     let cells = peer::published("SO");
     let published: Vec<f64> = cells.iter().map(|c| c.radiance).collect();
-    let path = ours.path("path, 81 wavelengths at a time")?;
+    let path = ours.path("path, 81 wavelengths at a time");
     let truth = path.mean();
-    let one = one_by_one()?;
+    let one = one_by_one();
     let repetitions = REPETITIONS.to_string();
     let published_nm = peer::axes(&cells).0.len();
     let eradiate = theirs(
@@ -302,7 +294,6 @@ fn measure() -> Result<()> {
     let noisy: Vec<&Run> = [&path, &one].into_iter().chain(&eradiate).collect();
     print_noisy(&noisy, &truth, &published, directions);
     let solved = Accuracy::ALL.map(|(accuracy, name, _)| ours.shells(accuracy, name));
-    let solved = solved.into_iter().collect::<Result<Vec<Run>>>()?;
     let sasktran2 = theirs("sasktran2", "sasktran2_peer.py", &[], grid.len());
     println!(
         "\nThe same without noise, {} wavelengths: processor seconds\n",
