@@ -25,6 +25,9 @@ pub struct Residual {
 }
 
 impl Residual {
+    /// Paths in each direction that tell an error of a per cent.
+    pub const SPP: u32 = 2048;
+
     /// Mean residual and its standard error \[1\].
     pub fn mean(&self) -> (f64, f64) {
         let n = self.directions.len() as f64;
@@ -69,11 +72,6 @@ impl Residual {
             ),
         ]
     }
-}
-
-impl Residual {
-    /// Paths in each direction that tell an error of a per cent.
-    pub const SPP: u32 = 2048;
 
     /// What a file says of the comparison: names and values.
     pub fn entries(&self) -> Vec<(String, String)> {
