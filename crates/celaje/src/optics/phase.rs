@@ -202,6 +202,7 @@ impl Phase {
     }
 
     /// `p(cos θ)` at one wavelength \[sr⁻¹\].
+    #[inline(always)]
     pub fn eval_at(&self, lane: usize, cos_theta: f64) -> f64 {
         match &self.0 {
             Kind::Rayleigh {

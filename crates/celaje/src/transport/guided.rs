@@ -123,7 +123,7 @@ impl Walker<'_> {
             if order > 1 {
                 self.find_sun_on_ground(leg, &way, scale);
             }
-            return Some(self.meet_ground(leg, &way, scale, &u));
+            return self.meet_ground(leg, &way, scale, &u);
         }
         let (x, density) = draw(&cells, target - cells.on_ground);
         let (share, derivative) = walk.at(x);

@@ -16,6 +16,7 @@ mod goal;
 mod guide;
 mod guided;
 mod path;
+mod present;
 mod render;
 mod scene;
 mod shells;

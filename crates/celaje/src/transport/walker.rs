@@ -3,6 +3,7 @@
 use super::first_order::{columns_to_sun, FirstOrder, Rows};
 use super::guide::Guide;
 use super::guided::Lead;
+use super::present::{Peak, Present};
 use super::scene::Scene;
 use super::stokes::Stokes;
 use super::way::{Draws, Leg, Way};
@@ -10,26 +11,18 @@ use super::weights::Weights;
 use crate::math::lanes::{self, blocks, blocks_mut, each, Block, BLOCK};
 use crate::math::{Sampler, Vec3};
 use crate::medium::{Columns, LayeredMedium, Medium, Ray, RayColumns};
-use crate::optics::Phase;
 
 /// Sine of the sun's elevation where a pixel looks below which a guide leads its paths.
 pub(super) const GUIDED_BELOW: f64 = -0.035;
 
 /// Share of what the first collision could scatter, below which Russian roulette begins; the best of several measured.
-const ROULETTE_BELOW: f32 = 0.06;
-
-/// How much more readily a path goes on from the ground than its share of the light says; the best of several measured.
-const GROUND_SHARE: f32 = 2.0;
+const ROULETTE_BELOW: f32 = 0.1;
 
 /// Share of the scattered directions that are drawn about the sun, times the sine of the sun's elevation there, and the largest: the
 /// lower the sun, the longer its way through haze, and the more of the light comes from about it. Measured: 0.05 are best under a sun
 /// 60° high, 0.1 at 30°, 0.25 at 5° and below.
 const ABOUT_SUN: f64 = 0.05;
 const MOST_ABOUT_SUN: f64 = 0.25;
-
-/// Value of a phase function forwards above which it has a peak to speak of \[sr⁻¹\]; an isotropic one has 0.08, Henyey and
-/// Greenstein's of g = 0.7 has 1.5, haze some tens.
-const PEAK: f64 = 0.5;
 
 /// How far below a vertex's horizon directions are still drawn about the sun, as sine of an angle.
 const SUN_IN_REACH: f64 = 0.02;
@@ -57,12 +50,12 @@ pub(super) struct Walker<'a> {
     lost_sums: Block,
     /// Phase functions of the species in a direction, shape (species, lanes).
     phase: Vec<f32>,
-    /// That of the peaked species, turned about the sun.
-    phase_about_sun: Vec<f32>,
     /// Whether light comes from outside.
     background: bool,
-    /// The species about whose peak a share of the scattered directions is drawn.
-    peaked: Option<usize>,
+    /// The peak about the sun from which a share of the directions is drawn.
+    peak: Option<Peak>,
+    /// How much more sunlight than elsewhere may be found on the present leg, for its direction is close to the sun's.
+    gain: f32,
     /// Columns at the start and at the lowest point of the way under work.
     memory: (Vec<f32>, Vec<f32>),
     /// What the path finds, still in units of `first.guess`.
@@ -93,9 +86,9 @@ impl<'a> Walker<'a> {
             lost: vec![0.0; lanes],
             lost_sums: [0.0; BLOCK],
             phase: vec![0.0; lanes * species],
-            phase_about_sun: vec![0.0; lanes],
             background: scene.background.iter().any(|&l| l > 0.0),
-            peaked: most_peaked(medium),
+            peak: Peak::new(medium),
+            gain: 1.0,
             memory: (vec![0.0; columns.count()], vec![0.0; columns.count()]),
             found: vec![0.0; lanes],
             stokes: None,
@@ -179,6 +172,7 @@ impl<'a> Walker<'a> {
             *weight = 1.0 / guess;
         }
         self.first_mass = 0.0;
+        self.gain = 1.0;
         self.found.fill(0.0);
         if let Some(stokes) = &mut self.stokes {
             stokes.start(ray.direction);
@@ -227,7 +221,7 @@ impl<'a> Walker<'a> {
         }
         let in_air = self.look_ahead(order, way.meets_ground);
         let on_ground = if way.meets_ground {
-            GROUND_SHARE * lanes::sum(&self.rows.transmittance)
+            lanes::sum(&self.rows.transmittance)
         } else {
             0.0
         };
@@ -235,7 +229,7 @@ impl<'a> Walker<'a> {
         if order == 1 {
             self.first_mass = mass;
         }
-        let survival = mass / (ROULETTE_BELOW * self.first_mass);
+        let survival = mass * self.gain / (ROULETTE_BELOW * self.first_mass);
         // Asked this way round, a weight that is not a number ends the path too; so do the checks below.
         let survives = survival > 0.0 && (u.roulette as f32) < survival;
         if !survives {
@@ -250,7 +244,7 @@ impl<'a> Walker<'a> {
         // Far collisions and the ground behind them lie side by side in the range of one number.
         let before_ground = f64::from(in_air / (in_air + on_ground));
         if u.way >= before_ground {
-            return Some(self.meet_ground(leg, &way, mass / on_ground, &u));
+            return self.meet_ground(leg, &way, mass / on_ground, &u);
         }
 
         // One wavelength places the collision.
@@ -339,25 +333,72 @@ impl<'a> Walker<'a> {
         }
     }
 
-    /// Goes on from the ground with everything that arrives there, times `scale`.
+    /// Goes on from the ground with everything that arrives there, times `scale`: in a direction by the cosine of the law of Lambert, or
+    /// a share of the time from the phase function [`Peak`] about the sun, as in [`Walker::scatter`]. `None` for a
+    /// direction of the latter that leads into the ground.
     #[inline(always)]
-    pub fn meet_ground(&mut self, leg: &Leg, way: &Way, scale: f32, u: &Draws) -> Leg {
-        let arrived = self.rows.transmittance.iter();
-        for (w, &arrived) in self.weights.weight.iter_mut().zip(arrived) {
-            *w = arrived * scale;
-        }
+    pub fn meet_ground(&mut self, leg: &Leg, way: &Way, scale: f32, u: &Draws) -> Option<Leg> {
         let at = leg.at + leg.direction * way.length_m;
         let radius_m = at.length();
         let normal = at * (1.0 / radius_m);
+        let sun = self.first.towards_sun;
+        let mut turn = u.turn;
+        let lead = self.about_sun(at.dot(sun), radius_m, &mut turn);
+        let (mut direction, mut factor) =
+            (normal.deflected_by_turn(turn[0].sqrt(), turn[1]), scale);
+        let mut gain = 1.0;
+        if let Some((peak, share, chosen)) = lead {
+            if chosen {
+                direction = sun.deflected_by_turn(peak.sample(turn[0]), turn[1]);
+            }
+            let lambertian = direction.dot(normal) / std::f64::consts::PI;
+            let leaves = lambertian > 0.0;
+            if !leaves {
+                return None;
+            }
+            let about_sun = peak.density(direction.dot(sun));
+            factor *= (lambertian / ((1.0 - share) * lambertian + share * about_sun)) as f32;
+            gain = peak.gain(about_sun);
+        }
+        self.gain = gain;
+        let arrived = self.rows.transmittance.iter();
+        for (w, &arrived) in self.weights.weight.iter_mut().zip(arrived) {
+            *w = arrived * factor;
+        }
         if let Some(stokes) = &mut self.stokes {
             stokes.depolarise();
         }
-        Leg {
+        Some(Leg {
             at,
             radius_m,
             place: (0, 0.0),
-            direction: normal.deflected_by_turn(u.turn[0].sqrt(), u.turn[1]),
+            direction,
+        })
+    }
+
+    /// The peak from which directions about the sun are drawn, the share of them, and whether `u[0]` says that this is one; what is
+    /// left of `u[0]` is uniform again. `None` where that is of no use. `sunward_m` is the vertex's height above the plane through the
+    /// planet's centre that faces the sun.
+    #[inline(always)]
+    fn about_sun(
+        &self,
+        sunward_m: f64,
+        radius_m: f64,
+        u: &mut [f64; 3],
+    ) -> Option<(&Peak, f64, bool)> {
+        let peak = self.peak.as_ref()?;
+        if !self.sun_in_reach(sunward_m, radius_m) {
+            return None;
         }
+        let lowest_m = ABOUT_SUN / MOST_ABOUT_SUN * radius_m;
+        let share = ABOUT_SUN * radius_m / sunward_m.max(lowest_m);
+        let chosen = u[0] < share;
+        u[0] = if chosen {
+            u[0] / share
+        } else {
+            (u[0] - share) / (1.0 - share)
+        };
+        Some((peak, share, chosen))
     }
 
     /// Takes the weights, by the columns to a collision, through the air up to it, and splits them over the species that
@@ -468,8 +509,8 @@ impl<'a> Walker<'a> {
         }
     }
 
-    /// Draws a direction from the mean of all wavelengths' phase functions, or a share of the time from that of the peaked species,
-    /// turned about the sun, and goes on with the weights divided by the density of both together.
+    /// Draws a direction from the mean of all wavelengths' phase functions, or a share of the time from [`Peak`] about the sun, and
+    /// goes on with the weights divided by the density of both together.
     ///
     /// The next vertex sees the sun through its phase function, whose peak a path would rarely meet by itself: drawing
     /// the direction from that peak first makes both vertices' peaks common.
@@ -483,7 +524,7 @@ impl<'a> Walker<'a> {
         mut u: [f64; 3],
         lead: Option<(&Guide, &Lead)>,
     ) -> Vec3 {
-        let (medium, sun) = (self.scene.medium, self.scene.sun.direction);
+        let (medium, sun) = (self.scene.medium, self.first.towards_sun);
         let mut led = None;
         if let Some((_, lead)) = lead {
             match lead.lead(u) {
@@ -491,25 +532,17 @@ impl<'a> Walker<'a> {
                 Err(rest) => u = rest,
             }
         }
-        let (mut share, mut axis, mut as_species) = (0.0, direction, None);
-        let sunward_m = at.dot(sun);
-        let peaked = self
-            .peaked
-            .filter(|_| self.sun_in_reach(sunward_m, radius_m));
-        if peaked.is_some() {
-            let lowest_m = ABOUT_SUN / MOST_ABOUT_SUN * radius_m;
-            share = ABOUT_SUN * radius_m / sunward_m.max(lowest_m);
-            if u[0] < share {
-                (axis, as_species) = (sun, peaked);
-                u[0] /= share;
-            } else {
-                u[0] = (u[0] - share) / (1.0 - share);
-            }
-        }
-        let new = match led {
-            Some(new) => new,
-            None => self.weights.draw_about(medium, axis, u, as_species),
+        let about_sun = self.about_sun(at.dot(sun), radius_m, &mut u);
+        let new = match (led, about_sun) {
+            (Some(new), _) => new,
+            (None, Some((peak, _, true))) => sun.deflected_by_turn(peak.sample(u[1]), u[2]),
+            (None, _) => self.weights.draw(medium, direction, u),
         };
+        let (mut about_sun_density, mut share, mut gain) = (0.0, 0.0, 1.0);
+        if let Some((peak, s, _)) = about_sun {
+            let density = peak.density(sun.dot(new));
+            (about_sun_density, share, gain) = (density as f32, s as f32, peak.gain(density));
+        }
         let Weights {
             weight,
             split,
@@ -522,97 +555,25 @@ impl<'a> Walker<'a> {
             split_sum,
         };
         present.evaluate(medium.phases(), direction.dot(new), &mut self.phase);
-        if let Some(k) = peaked {
-            medium.phases()[k].eval(sun.dot(new), &mut self.phase_about_sun);
-        }
         let n = weight.len();
-        let (mut about_old, mut about_sun) = ([0.0; BLOCK], [0.0; BLOCK]);
+        let mut mixed = [0.0; BLOCK];
         for (b, weight) in blocks_mut(weight).enumerate() {
             let light = present.mix(split, &self.phase, n, b);
-            about_old = each(|i| about_old[i] + light[i]);
+            mixed = each(|i| mixed[i] + light[i]);
             *weight = light;
-            if peaked.is_some() {
-                let scattered = present.sum(split, n, b);
-                let p = *lanes::block(&self.phase_about_sun, b * BLOCK);
-                about_sun = each(|i| about_sun[i] + scattered[i] * p[i]);
-            }
         }
         if let Some(stokes) = &mut self.stokes {
             stokes.scatter(medium, (split, split_sum), weight, (direction, new));
         }
-        let share = share as f32;
-        let drawn = share * lanes::tree_sum(about_sun) + (1.0 - share) * lanes::tree_sum(about_old);
-        let mut density = drawn / *total;
+        let mut density =
+            share * about_sun_density + (1.0 - share) * lanes::tree_sum(mixed) / *total;
         if let Some((guide, lead)) = lead {
             density = lead.mixed(guide, new, density);
         }
         // A density of zero (a hole in a table, met by rounding) ends the path.
         let factor = if density > 0.0 { scale / density } else { 0.0 };
         lanes::scale(weight, factor);
+        self.gain = gain;
         new
     }
-}
-
-/// The species that scatter at a vertex.
-struct Present<'a> {
-    species: &'a [usize],
-    split_sum: &'a [f32],
-}
-
-impl Present<'_> {
-    #[inline(always)]
-    fn all(&self) -> impl Iterator<Item = usize> + '_ {
-        self.species
-            .iter()
-            .copied()
-            .filter(|&k| self.split_sum[k] > 0.0)
-    }
-
-    /// `Σ_k split_k p_k` of block `b`; rows of `n` values.
-    #[inline(always)]
-    fn mix(&self, split: &[f32], phase: &[f32], n: usize, b: usize) -> Block {
-        let mut sum = [0.0; BLOCK];
-        for k in self.all() {
-            let at = k * n + b * BLOCK;
-            let (split, p) = (*lanes::block(split, at), *lanes::block(phase, at));
-            sum = each(|i| sum[i] + split[i] * p[i]);
-        }
-        sum
-    }
-
-    /// `Σ_k split_k` of block `b`; rows of `n` values.
-    #[inline(always)]
-    fn sum(&self, split: &[f32], n: usize, b: usize) -> Block {
-        let mut sum = [0.0; BLOCK];
-        for k in self.all() {
-            let split = *lanes::block(split, k * n + b * BLOCK);
-            sum = each(|i| sum[i] + split[i]);
-        }
-        sum
-    }
-
-    /// Their phase functions at an angle, each into its own row.
-    #[inline(always)]
-    fn evaluate(&self, phases: &[Phase], cos_theta: f64, rows: &mut [f32]) {
-        for k in self.all() {
-            let n = phases[k].lanes();
-            phases[k].eval(cos_theta, &mut rows[k * n..(k + 1) * n]);
-        }
-    }
-}
-
-/// Of the species whose phase function has a peak forwards, the one that scatters most; all in the middle of the spectrum.
-fn most_peaked(medium: &LayeredMedium) -> Option<usize> {
-    let lane = medium.wavelength_nm().len() / 2;
-    let scattering = |k: usize| -> f64 {
-        let nodes = medium.node_radii_m().windows(2).enumerate();
-        let shells = nodes.map(|(i, r)| {
-            let sigma = medium.species_row(k, i)[lane] + medium.species_row(k, i + 1)[lane];
-            0.5 * f64::from(sigma) * (r[1] - r[0])
-        });
-        shells.sum()
-    };
-    let peaked = |&k: &usize| medium.phases()[k].eval_at(lane, 1.0) > PEAK;
-    let species = (0..medium.phases().len()).filter(peaked);
-    species.max_by(|&a, &b| scattering(a).total_cmp(&scattering(b)))
 }

@@ -76,22 +76,16 @@ impl Weights {
     /// `u` — three numbers uniform in [0, 1): who decides, the angle, the turn about the old direction.
     #[inline(always)]
     pub fn scatter<M: Medium>(&mut self, medium: &M, direction: Vec3, u: [f64; 3]) -> Vec3 {
-        let new = self.draw_about(medium, direction, u, None);
+        let new = self.draw(medium, direction, u);
         self.mix_phases(medium, direction.dot(new));
         let density = lanes::sum(&self.light) / self.total;
         self.leave(density);
         new
     }
 
-    /// A direction about an axis from the mean of all wavelengths' phase functions, or of those of one species.
+    /// A direction from the mean of all wavelengths' phase functions.
     #[inline(always)]
-    pub fn draw_about<M: Medium>(
-        &self,
-        medium: &M,
-        axis: Vec3,
-        u: [f64; 3],
-        as_species: Option<usize>,
-    ) -> Vec3 {
+    pub fn draw<M: Medium>(&self, medium: &M, direction: Vec3, u: [f64; 3]) -> Vec3 {
         let n = self.weight.len();
         // One species and one wavelength, by what they carry; which ones is then forgotten.
         let mut target = u[0] as f32 * self.total;
@@ -107,8 +101,8 @@ impl Weights {
         }
         let split = &self.split[species * n..(species + 1) * n];
         let lane = lanes::pick_by(split, &self.split_sums[species], target);
-        let cos_theta = medium.phases()[as_species.unwrap_or(species)].sample(lane, u[1]);
-        axis.deflected_by_turn(cos_theta, u[2])
+        let cos_theta = medium.phases()[species].sample(lane, u[1]);
+        direction.deflected_by_turn(cos_theta, u[2])
     }
 
     /// Goes on with what `light` holds, divided by the density of the direction.

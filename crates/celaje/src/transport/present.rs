@@ -1,0 +1,131 @@
+//! The species that scatter at a vertex of a path, and the peak of those that have one.
+
+use std::f64::consts::PI;
+
+use crate::math::lanes::{self, each, Block, BLOCK};
+use crate::medium::{LayeredMedium, Medium};
+use crate::optics::Phase;
+
+/// Value of a phase function forwards above which it has a peak to speak of \[sr⁻¹\]; an isotropic one has 0.08, Henyey and
+/// Greenstein's of g = 0.7 has 1.5, haze some tens.
+const PEAK: f64 = 0.5;
+
+/// The species that scatter at a vertex.
+pub(super) struct Present<'a> {
+    pub species: &'a [usize],
+    /// What each scatters, summed over wavelengths; others count as absent.
+    pub split_sum: &'a [f32],
+}
+
+impl Present<'_> {
+    #[inline(always)]
+    fn all(&self) -> impl Iterator<Item = usize> + '_ {
+        self.species
+            .iter()
+            .copied()
+            .filter(|&k| self.split_sum[k] > 0.0)
+    }
+
+    /// `Σ_k split_k p_k` of block `b`; rows of `n` values.
+    #[inline(always)]
+    pub fn mix(&self, split: &[f32], phase: &[f32], n: usize, b: usize) -> Block {
+        let mut sum = [0.0; BLOCK];
+        for k in self.all() {
+            let at = k * n + b * BLOCK;
+            let (split, p) = (*lanes::block(split, at), *lanes::block(phase, at));
+            sum = each(|i| sum[i] + split[i] * p[i]);
+        }
+        sum
+    }
+
+    /// Their phase functions at an angle, each into its own row.
+    #[inline(always)]
+    pub fn evaluate(&self, phases: &[Phase], cos_theta: f64, rows: &mut [f32]) {
+        for k in self.all() {
+            let n = phases[k].lanes();
+            phases[k].eval(cos_theta, &mut rows[k * n..(k + 1) * n]);
+        }
+    }
+}
+
+/// Where the light of haze about the sun comes from: the mean phase function of the species that have a peak, over their columns
+/// and all wavelengths; one for all of them, as what counts is that no peak is missed, however narrow.
+pub(super) struct Peak {
+    phase: Phase,
+    /// How much of what the air scatters they scatter.
+    share: f64,
+}
+
+impl Peak {
+    /// `None` if nothing has a peak.
+    pub fn new(medium: &LayeredMedium) -> Option<Self> {
+        let lanes = medium.wavelength_nm().len();
+        let theta_deg = angles_deg();
+        let mut mean = vec![0.0; theta_deg.len()];
+        let (mut all, mut peaked) = (0.0, 0.0);
+        for (k, phase) in medium.phases().iter().enumerate() {
+            let has_peak = phase.eval_at(lanes / 2, 1.0) > PEAK;
+            for lane in 0..lanes {
+                let column = scattering_column(medium, k, lane);
+                all += column;
+                if has_peak {
+                    peaked += column;
+                    for (mean, theta) in mean.iter_mut().zip(&theta_deg) {
+                        *mean += column * phase.eval_at(lane, theta.to_radians().cos());
+                    }
+                }
+            }
+        }
+        let cells = theta_deg.windows(2).zip(mean.windows(2));
+        let integral: f64 = cells
+            .map(|(t, p)| PI * (p[0] + p[1]) * (t[0].to_radians().cos() - t[1].to_radians().cos()))
+            .sum();
+        let normalised: Vec<f64> = mean.iter().map(|p| p / integral).collect();
+        let phase = Phase::table(&theta_deg, &normalised).ok()?;
+        let share = peaked / all;
+        Some(Self { phase, share })
+    }
+
+    /// Draws the cosine of the angle to the sun.
+    #[inline(always)]
+    pub fn sample(&self, u: f64) -> f64 {
+        self.phase.sample(0, u)
+    }
+
+    /// Its density \[sr⁻¹\].
+    #[inline(always)]
+    pub fn density(&self, cos_sun: f64) -> f64 {
+        self.phase.eval_at(0, cos_sun)
+    }
+
+    /// How much more sunlight than from other directions a vertex sends against one of this density \[1\].
+    #[inline(always)]
+    pub fn gain(&self, density: f64) -> f32 {
+        (1.0 + self.share * 4.0 * PI * density) as f32
+    }
+}
+
+/// From 0 to 180 \[deg\], in steps that grow with the angle.
+fn angles_deg() -> Vec<f64> {
+    let mut angles = vec![0.0];
+    let mut theta: f64 = 0.01;
+    while theta < 179.0 {
+        angles.push(theta);
+        theta += (0.05 * theta).clamp(0.01, 2.0);
+    }
+    angles.push(180.0);
+    angles
+}
+
+/// Vertical optical depth of what a species scatters.
+fn scattering_column(medium: &LayeredMedium, species: usize, lane: usize) -> f64 {
+    let nodes = medium.node_radii_m().windows(2).enumerate();
+    let shells = nodes.map(|(i, r)| {
+        let (below, above) = (
+            medium.species_row(species, i),
+            medium.species_row(species, i + 1),
+        );
+        0.5 * f64::from(below[lane] + above[lane]) * (r[1] - r[0])
+    });
+    shells.sum()
+}
