@@ -42,14 +42,14 @@ const CASES: [Case; 7] = [
         budget: [0.001; 3],
     },
     Case {
-        name: "thick: a dust storm",
+        name: "thick: smog of optical depth 2",
         sun_deg: 20.0,
-        aerosol: "desert",
-        aod_550: 1.0,
+        aerosol: "opac:urban",
+        aod_550: 2.0,
         altitude_m: 0.0,
         look: (60.0, 30.0),
-        thousands: [28_000, 20_000, 20_000],
-        budget: [0.001, 0.02, 0.002],
+        thousands: [2500, 26_000, 20_000],
+        budget: [0.001; 3],
     },
     Case {
         name: "aureole: 6 degrees beside the sun",
@@ -204,7 +204,7 @@ fn thin_air() {
 
 #[test]
 #[ignore = "minutes of work: run by `make accuracy`"]
-fn thick_dust() {
+fn thick_smog() {
     agree(&CASES[1]);
 }
 
