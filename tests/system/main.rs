@@ -12,6 +12,7 @@ mod polarised_shells;
 mod reproducibility;
 mod scenes;
 mod shells;
+mod shells_exact;
 mod single_scattering;
 mod unbiased;
 mod variants;
