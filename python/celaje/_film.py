@@ -415,7 +415,7 @@ class Irradiance:
         Standard errors of the four, absolute, same shape and unit; 0 for a deterministic method.
     lux : float
         Illuminance of the plane by direct and diffuse light within the range of the wavelengths, by the CIE 1931
-        observer. [lx]
+        observer; NaN for a single wavelength and for wavelengths outside 360 to 830 nm, which say nothing of it. [lx]
     cct_k : float or None
         Correlated colour temperature of the same light; infinite where it is bluer than the hottest black body, None
         where it has none (darkness, or colours far from any black body's). [K]

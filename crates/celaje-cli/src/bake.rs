@@ -87,7 +87,13 @@ pub fn run(args: &BakeArgs) -> Result<(), Failure> {
     let plan = Plan::to_bake(&args.where_when, &args.air, args.wavelengths.as_deref())?;
     let (lowest, highest) = range(&args.suns)?;
     check_range("lowest sun elevation", lowest, "deg", -90.0..=90.0)?;
-    check_range("highest sun elevation", highest, "deg", lowest..=90.0)?;
+    check_range("highest sun elevation", highest, "deg", -90.0..=90.0)?;
+    if highest < lowest {
+        return Err(Failure::usage(
+            format!("suns run backwards, from {lowest} to {highest} deg"),
+            "give LOWEST:HIGHEST, such as --suns -18:90",
+        ));
+    }
     let ground_m = plan.conditions.altitude_m.value;
     check_range(
         "highest observer",

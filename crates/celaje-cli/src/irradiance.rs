@@ -21,7 +21,8 @@ use crate::write_stdout;
     after_help = "\
 Writes one line per wavelength: direct_normal (the sun's disc on a plane facing it), direct (on a level plane, or
 on that of --tilt), diffuse (all else there: the sky and, on a tilted plane, the ground), global (the sum) [W m-2 nm-1] and their standard errors. Lines beginning with # come first: the
-sums over the wavelengths [W m-2], illuminance [lx] and correlated colour temperature [K]. 256 cells of the sky and
+sums over the wavelengths [W m-2], illuminance [lx] and correlated colour temperature [K], none for a single
+wavelength and for wavelengths outside 360 to 830 nm. 256 cells of the sky and
 as many of the disc are sampled by --spp paths each.
 
 Example:
@@ -80,6 +81,7 @@ pub fn run(args: &IrradianceArgs) -> std::result::Result<(), Failure> {
         tilt_deg: args.tilt,
         azimuth_deg: args.tilt_azimuth,
     };
+    plan.note_single_paths();
     let irradiance =
         plan.on_threads(|| plan.measure(&plan.sky()?, &plane, args.method.progress))?;
     write_stdout(&output(&irradiance)?)
@@ -104,10 +106,13 @@ fn output(e: &Irradiance) -> Result<String> {
         Ok::<(), celaje::Error>(())
     };
     line("# W m-2", &|part| Ok(format!("{:.4e}", part.total(nm)?)))?;
-    line("# lx", &|part| Ok(format!("{:.4e}", part.lux(nm)?)))?;
+    let none = || "none".to_owned();
+    line("# lx", &|part| {
+        Ok(part.lux(nm)?.map_or_else(none, |lux| format!("{lux:.4e}")))
+    })?;
     line("# cct K", &|part| {
         let cct = part.cct(nm)?;
-        Ok(cct.map_or("none".to_owned(), |c| format!("{:.0}", c.temperature_k)))
+        Ok(cct.map_or_else(none, |c| format!("{:.0}", c.temperature_k)))
     })?;
     text.push_str("wavelength_nm");
     for prefix in ["", "se_"] {

@@ -86,12 +86,13 @@ pub struct Picture {
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Method")]
 pub struct MethodOptions {
-    /// Method: shells, path, tracker, classic (celaje list methods) [default: path; render without --spp, --noise: shells]
+    /// Method: shells, path, tracker, classic (celaje list methods) [default: path; film, and render without
+    /// --spp, --noise and --time-limit: shells]
     #[arg(long, value_name = "NAME")]
     method: Option<String>,
-    /// How finely shells cuts: preview, default, high
-    #[arg(long, value_name = "NAME", default_value = "default")]
-    accuracy: String,
+    /// How finely shells cuts: preview, default, high [default: default; with --tables: theirs]
+    #[arg(long, value_name = "NAME")]
+    accuracy: Option<String>,
     /// Paths per pixel or direction, 1 or more; noise falls with their square root [default: 64; radiance: 1024]
     #[arg(long, value_name = "N")]
     spp: Option<u64>,
@@ -218,6 +219,18 @@ impl Plan {
                 "leave them out, or add --method path",
             ));
         }
+        if method.spp.is_some() && solver == Method::Shells {
+            return Err(Failure::usage(
+                "--spp has no meaning for shells, which has no noise",
+                "leave it out, or add --method path",
+            ));
+        }
+        if let (Some(_), Some(_)) = (&method.accuracy, &baked) {
+            return Err(Failure::usage(
+                "--accuracy is given beside --tables, which are solved already",
+                "leave it out, or bake other tables with it",
+            ));
+        }
         let polarised = match method.polarised {
             None => Polarised::Radiance,
             Some(Switch::On) => Polarised::Stokes,
@@ -238,7 +251,10 @@ impl Plan {
             wavelength,
             solar: air.solar()?,
             options: RenderOptions {
-                accuracy: Accuracy::named(&method.accuracy)?,
+                accuracy: match &method.accuracy {
+                    Some(name) => Accuracy::named(name)?,
+                    None => Accuracy::default(),
+                },
                 method: solver,
                 polarised,
                 budget,
@@ -325,6 +341,13 @@ impl Plan {
             polarised: self.options.polarised != Polarised::Off,
         };
         Ok(interrupt::stoppable(|flag| sky.baked(&options, flag))?)
+    }
+
+    /// Tells whoever asked for a single path that its standard error is not known.
+    pub fn note_single_paths(&self) {
+        if self.options.method != Method::Shells && self.options.budget.spp == 1 {
+            eprintln!("note: a standard error takes two paths; the columns se_ hold 0");
+        }
     }
 
     /// Builds the sky, or takes it from the tables.

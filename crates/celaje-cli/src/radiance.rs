@@ -80,6 +80,7 @@ pub fn run(args: &RadianceArgs) -> Result<(), Failure> {
     let sensor = Directions::new(&table.azimuth_deg, &table.elevation_deg)?;
     Film::check_size(table.lines.len(), 1, plan.wavelength.len())?;
 
+    plan.note_single_paths();
     let outcome = plan.on_threads(|| plan.look(&plan.sky()?, &sensor, args.method.progress))?;
     write_stdout(&output(&table, &outcome.film))
 }
@@ -129,6 +130,15 @@ impl<'a> Table<'a> {
         };
         for (number, line) in lines {
             let fields: Vec<&str> = line.split(',').map(str::trim).collect();
+            let names = header.split(',').count();
+            if fields.len() != names {
+                return Err(Failure::usage(
+                    format!(
+                        "line {number} does not have the {names} fields that the first line names"
+                    ),
+                    "give every line as many fields as the first",
+                ));
+            }
             let field = |column: usize| fields.get(column)?.parse::<f64>().ok();
             let (Some(a), Some(e)) = (field(azimuth), field(elevation)) else {
                 return Err(Failure::usage(
@@ -237,6 +247,8 @@ mod tests {
             "0,90\n",
             "azimuth_deg,elevation_deg\n1\n",
             "azimuth_deg,elevation_deg\n1,x\n",
+            "azimuth_deg,elevation_deg\n1,2,3\n",
+            "azimuth_deg,elevation_deg,id\n1,2\n",
         ] {
             assert!(Table::parse(text).is_err(), "{text}");
         }

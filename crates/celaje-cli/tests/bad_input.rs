@@ -205,6 +205,9 @@ fn views_that_contradict_themselves() {
     );
     let wide = ["--projection", "perspective", "--fov", "180"];
     refused_beside_sun(&wide, 2, "fov = 180", "(0, 180)");
+    // Beside --spp, which all of these have.
+    let noiseless = ["--method", "shells"];
+    refused_beside_sun(&noiseless, 2, "--spp has no meaning", "--method path");
 }
 
 #[test]
@@ -316,7 +319,21 @@ fn directions() {
         (header.to_owned(), "no direction", "at least one"),
         (format!("{header}0,91\n"), "elevation = 91 deg", "[-90, 90]"),
         (format!("{header}nan,9\n"), "azimuth = NaN", "[-360, 360]"),
-        (format!("{header}0,9\n\n1\n"), "line 4", "180,10"),
+        (
+            format!("{header}x,9\n"),
+            "line 2 does not hold two angles",
+            "180,10",
+        ),
+        (
+            format!("{header}0,9\n\n1\n"),
+            "line 4 does not have the 2 fields",
+            "as many fields",
+        ),
+        (
+            format!("{header}0,9,7\n"),
+            "line 2 does not have the 2 fields",
+            "as many fields",
+        ),
     ];
     for (text, error, hint) in cases {
         refused_in(folder.path(), &with(&text), 2, error, hint);

@@ -350,6 +350,12 @@ fn irradiance_is_a_table_with_sums() {
     let sums: Vec<&str> = text.lines().filter(|l| l.starts_with("# ")).collect();
     assert_eq!(sums.len(), 4);
     assert!(sums[1].starts_with("# W m-2,5.6"), "{}", sums[1]);
+    // One wavelength says nothing of what the eye sees.
+    let one = [&args[..], &["--wavelengths", "550"]].concat();
+    let text = stdout(&run_well(folder.path(), &one));
+    for line in ["# lx,none,none,none,none", "# cct K,none,none,none,none"] {
+        assert!(text.lines().any(|l| l == line), "{text}");
+    }
 }
 
 #[test]

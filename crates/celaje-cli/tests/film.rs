@@ -63,6 +63,11 @@ fn tables_serve_every_command() {
             "a.png",
         ],
     );
+    let finer = ["--accuracy=high", "--sun-elevation=5", "-o", "a.png"];
+    let finer = run(path, &[&["render", tables], &finer[..]].concat());
+    assert_eq!(finer.status.code(), Some(2));
+    let told = stderr(&finer);
+    assert!(told.contains("--accuracy is given beside"), "{told}");
     // The sun that the tables were baked with is taken where none is given: 45 degrees, beyond these tables.
     let high = run(path, &["render", tables, "--size=8", "-o", "a.png"]);
     assert_eq!(high.status.code(), Some(2));
@@ -147,7 +152,7 @@ fn bad_tables_are_refused() {
     assert_eq!(run(path, &["bake"]).status.code(), Some(2));
     let suns = run(path, &["bake", "--suns=10:-5", "-o", "b.celaje"]);
     assert!(
-        stderr(&suns).contains("highest sun elevation = -5 deg"),
+        stderr(&suns).contains("suns run backwards, from 10 to -5 deg"),
         "{}",
         stderr(&suns)
     );

@@ -280,7 +280,7 @@ impl Sky {
             self.inner.irradiance(&plane, &options, cancel, &|_, _| ())
         })?;
         let fields = PyDict::new(py);
-        fields.set_item("lux", e.global.lux(&e.wavelength_nm)?)?;
+        fields.set_item("lux", e.global.lux(&e.wavelength_nm)?.unwrap_or(f64::NAN))?;
         let cct = e.global.cct(&e.wavelength_nm)?;
         fields.set_item("cct_k", cct.map(|c| c.temperature_k))?;
         fields.set_item("wavelength_nm", e.wavelength_nm.into_pyarray(py))?;

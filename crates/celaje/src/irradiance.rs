@@ -77,12 +77,13 @@ impl SpectralIrradiance {
         Ok(self.irradiance.iter().zip(widths).map(|(e, w)| e * w).sum())
     }
 
-    /// Illuminance \[lx\], of the light within the range of the grid.
+    /// Illuminance \[lx\], of the light within the range of the grid; `None` for a single wavelength and for a grid outside 360–830 nm,
+    /// which say nothing of it.
     ///
     /// # Errors
     /// As [`SpectrumToXyz::new`].
-    pub fn lux(&self, wavelength_nm: &[f64]) -> Result<f64> {
-        Ok(self.xyz(wavelength_nm)?[1])
+    pub fn lux(&self, wavelength_nm: &[f64]) -> Result<Option<f64>> {
+        Ok(self.xyz(wavelength_nm)?.map(|xyz| xyz[1]))
     }
 
     /// Correlated colour temperature, if the light has one.
@@ -90,11 +91,13 @@ impl SpectralIrradiance {
     /// # Errors
     /// As [`SpectrumToXyz::new`].
     pub fn cct(&self, wavelength_nm: &[f64]) -> Result<Option<Cct>> {
-        Ok(correlated_colour_temperature(self.xyz(wavelength_nm)?))
+        let xyz = self.xyz(wavelength_nm)?;
+        Ok(xyz.and_then(correlated_colour_temperature))
     }
 
-    fn xyz(&self, wavelength_nm: &[f64]) -> Result<[f64; 3]> {
-        Ok(SpectrumToXyz::new(wavelength_nm, Observer::Cie1931)?.xyz(&self.irradiance))
+    fn xyz(&self, wavelength_nm: &[f64]) -> Result<Option<[f64; 3]>> {
+        let map = SpectrumToXyz::new(wavelength_nm, Observer::Cie1931)?;
+        Ok((!map.is_grey()).then(|| map.xyz(&self.irradiance)))
     }
 
     /// `scale · mean over pixels of weight(pixel) · radiance`, and the standard error of that.
@@ -454,8 +457,15 @@ mod tests {
         let grid = WavelengthGrid::default();
         // 405 nm wide: 81 bins of 5 nm. An equal-energy spectrum has 683 · 106.9 nm lux per W m⁻² nm⁻¹, and 5455 K.
         assert!((flat.total(grid.nm()).unwrap() - 810.0).abs() < 1e-9);
-        assert!((flat.lux(grid.nm()).unwrap() / (2.0 * 683.0 * 106.86) - 1.0).abs() < 2e-3);
+        assert!(
+            (flat.lux(grid.nm()).unwrap().unwrap() / (2.0 * 683.0 * 106.86) - 1.0).abs() < 2e-3
+        );
         let cct = flat.cct(grid.nm()).unwrap().unwrap();
+        // What is no spectrum of visible light has neither, not those of the grey that a picture shows.
+        for nm in [&[550.0][..], &[900.0, 1000.0]] {
+            assert_eq!(flat.lux(nm).unwrap(), None);
+            assert!(flat.cct(nm).unwrap().is_none());
+        }
         assert!((cct.temperature_k - 5455.0).abs() < 10.0);
     }
 }

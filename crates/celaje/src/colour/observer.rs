@@ -110,6 +110,7 @@ fn tables() -> &'static [Vec<[f64; 3]>; 2] {
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpectrumToXyz {
     weights: Vec<[f64; 3]>,
+    grey: bool,
 }
 
 impl SpectrumToXyz {
@@ -135,11 +136,17 @@ impl SpectrumToXyz {
                 weights[i][k] += LUMINOUS_EFFICACY * right[k];
             }
         }
-        if weights.iter().all(|w| w[1] == 0.0) {
+        let grey = weights.iter().all(|w| w[1] == 0.0);
+        if grey {
             let y = grey_weight(observer) / wavelength_nm.len() as f64;
             weights.fill(observer.d65().map(|c| c * y));
         }
-        Ok(Self { weights })
+        Ok(Self { weights, grey })
+    }
+
+    /// Whether the grid is one that has no colour, so that XYZ is the stand-in of a grey.
+    pub fn is_grey(&self) -> bool {
+        self.grey
     }
 
     /// XYZ of a spectrum on the grid; cd m⁻² for radiance in W m⁻² sr⁻¹ nm⁻¹, lux for irradiance in W m⁻² nm⁻¹.
@@ -313,6 +320,7 @@ pub(crate) mod tests {
         for grid in [vec![550.0], vec![900.0], vec![900.0, 950.0, 1000.0]] {
             for observer in [Observer::Cie1931, Observer::Cie1964] {
                 let map = SpectrumToXyz::new(&grid, observer).unwrap();
+                assert!(map.is_grey());
                 let xyz = map.xyz(&vec![2.0; grid.len()]);
                 let white = observer.d65();
                 // ∫ȳ dλ is 106.857 nm (1931), 116.662 nm (1964).

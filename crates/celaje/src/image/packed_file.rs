@@ -31,6 +31,7 @@ const HEADER: usize = 32;
 const MOST_UNPACKED: u64 = 4 << 30;
 
 const BAKE_AGAIN: &str = "make it again with celaje bake";
+const NONE_OF_OURS: &str = "give the name of a file that celaje bake has made";
 
 /// Writes bytes to a file, compressed, whole or not at all.
 ///
@@ -62,13 +63,7 @@ pub fn write_packed(path: &Path, bytes: &[u8]) -> Result<()> {
 /// than it says, or is damaged.
 pub fn read_packed(path: &Path) -> Result<Vec<u8>> {
     let refused = |message: String| file_error(path, message, BAKE_AGAIN);
-    let mut file = File::open(path).map_err(|e| {
-        file_error(
-            path,
-            e.to_string(),
-            "give the name of a file that celaje bake has made",
-        )
-    })?;
+    let mut file = File::open(path).map_err(|e| file_error(path, e.to_string(), NONE_OF_OURS))?;
     let mut header = Vec::with_capacity(HEADER);
     let failed = |e: std::io::Error| refused(format!("cannot be read: {e}"));
     (&mut file)
@@ -76,7 +71,7 @@ pub fn read_packed(path: &Path) -> Result<Vec<u8>> {
         .read_to_end(&mut header)
         .map_err(failed)?;
     if header.len() < MAGIC.len() || header[..8] != MAGIC {
-        return Err(refused("holds no tables of celaje".to_owned()));
+        return Err(file_error(path, "holds no tables of celaje", NONE_OF_OURS));
     }
     let Some([version, packed, unpacked, check]) = fields(&header) else {
         return Err(refused(format!(
