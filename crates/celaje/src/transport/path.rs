@@ -16,6 +16,7 @@
 use multiversion::multiversion;
 
 use super::guide::Guide;
+use super::present::Peak;
 use super::render::{monte_carlo, Control, Estimator, Observer, Sampling};
 use super::scene::Scene;
 use super::stokes::COMPONENTS;
@@ -78,10 +79,13 @@ impl Integrator<LayeredMedium> for PolarisedPath {
         sensor: &dyn Sensor,
         control: &Control<'_>,
     ) -> Result<Film> {
-        let (columns, guide) = prepared(scene, observer, control, true);
+        let (columns, guide, peak) = prepared(scene, observer, control, true);
         let sampling = Sampling::Replicated;
         let orders = control.budget.max_order;
-        let walker = || Walker::new(scene, &columns, guide.as_ref(), orders).polarised(self.stokes);
+        let walker = || {
+            Walker::new(scene, &columns, guide.as_ref(), peak.as_ref(), orders)
+                .polarised(self.stokes)
+        };
         if self.stokes {
             let worker = || StokesWalker(walker());
             monte_carlo(scene, observer, sensor, control, sampling, worker)
@@ -98,7 +102,7 @@ fn render(
     control: &Control<'_>,
     guided: bool,
 ) -> Result<Film> {
-    let (columns, guide) = prepared(scene, observer, control, guided);
+    let (columns, guide, peak) = prepared(scene, observer, control, guided);
     let orders = control.budget.max_order;
     monte_carlo(
         scene,
@@ -106,7 +110,7 @@ fn render(
         sensor,
         control,
         Sampling::Replicated,
-        || Walker::new(scene, &columns, guide.as_ref(), orders),
+        || Walker::new(scene, &columns, guide.as_ref(), peak.as_ref(), orders),
     )
 }
 
@@ -117,7 +121,7 @@ fn prepared(
     observer: &Observer,
     control: &Control<'_>,
     guided: bool,
-) -> (Columns, Option<Guide>) {
+) -> (Columns, Option<Guide>, Option<Peak>) {
     let columns = Columns::new(scene.medium);
     let may_be_low =
         observer.radius_m > scene.medium.top_radius_m() || scene.sun.direction.z < GUIDED_BELOW;
@@ -126,7 +130,7 @@ fn prepared(
         && control.budget.max_order.unwrap_or(u32::MAX) > 1
         && scene.background.iter().all(|&l| l == 0.0);
     let guide = guided.then(|| Guide::new(scene, &columns));
-    (columns, guide)
+    (columns, guide, Peak::new(scene.medium))
 }
 
 /// A point of the disc costs some twentieth of a path.

@@ -53,7 +53,7 @@ pub(super) struct Walker<'a> {
     /// Whether light comes from outside.
     background: bool,
     /// The peak about the sun from which a share of the directions is drawn.
-    peak: Option<Peak>,
+    peak: Option<&'a Peak>,
     /// How much more sunlight than elsewhere may be found on the present leg, for its direction is close to the sun's.
     gain: f32,
     /// Columns at the start and at the lowest point of the way under work.
@@ -69,6 +69,7 @@ impl<'a> Walker<'a> {
         scene: &'a Scene<'a, LayeredMedium>,
         columns: &'a Columns,
         guide: Option<&'a Guide>,
+        peak: Option<&'a Peak>,
         max_order: Option<u32>,
     ) -> Self {
         let medium = scene.medium;
@@ -87,7 +88,7 @@ impl<'a> Walker<'a> {
             lost_sums: [0.0; BLOCK],
             phase: vec![0.0; lanes * species],
             background: scene.background.iter().any(|&l| l > 0.0),
-            peak: Peak::new(medium),
+            peak,
             gain: 1.0,
             memory: (vec![0.0; columns.count()], vec![0.0; columns.count()]),
             found: vec![0.0; lanes],
@@ -386,7 +387,7 @@ impl<'a> Walker<'a> {
         radius_m: f64,
         u: &mut [f64; 3],
     ) -> Option<(&Peak, f64, bool)> {
-        let peak = self.peak.as_ref()?;
+        let peak = self.peak?;
         if !self.sun_in_reach(sunward_m, radius_m) {
             return None;
         }
