@@ -1,6 +1,6 @@
 //! Columns along one straight ray, and where on it an optical depth is reached.
 
-use super::columns::Columns;
+use super::columns::{eights, eights_mut, Columns, Eight};
 use super::Ray;
 
 /// Where a ray runs, as seen from the planet's centre.
@@ -120,14 +120,13 @@ impl<'a> RayColumns<'a> {
     /// Columns from the start to where the ray leaves the air; it must not meet the ground.
     #[inline(always)]
     pub(crate) fn to_space(&self, out: &mut [f32]) {
-        let n = self.columns.count();
-        let (start, out) = (&self.start[..n], &mut out[..n]);
         if self.rises() {
-            out.copy_from_slice(start);
-        } else {
-            for ((o, &t), &s) in out.iter_mut().zip(self.tangent.iter()).zip(start) {
-                *o = 2.0 * t - s;
-            }
+            out.copy_from_slice(self.start);
+            return;
+        }
+        let rows = eights(self.start).zip(eights(self.tangent));
+        for (out, (start, tangent)) in eights_mut(out).zip(rows) {
+            *out = std::array::from_fn(|k| 2.0 * tangent[k] - start[k]);
         }
     }
 
@@ -136,27 +135,27 @@ impl<'a> RayColumns<'a> {
     pub(crate) fn to(&self, distance_m: f64, out: &mut [f32]) {
         let beyond = distance_m - self.geometry.tangent_m;
         let r = self.geometry.radius_at(distance_m);
-        self.columns.to_top_from(r, beyond.abs(), out);
-        self.since_start(beyond, out);
+        let at = self.columns.look_up(r, beyond.abs());
+        self.since_start(beyond, |b| at.columns(b), out);
     }
 
-    /// Columns from the start, from those to the top at a point that lies `beyond` \[m\] the one nearest the planet's centre.
+    /// Columns from the start, from the blocks of those to the top at a point that lies `beyond` \[m\] the one nearest the planet's
+    /// centre.
     #[inline(always)]
-    fn since_start(&self, beyond: f64, out: &mut [f32]) {
-        let n = self.columns.count();
-        let (start, out) = (&self.start[..n], &mut out[..n]);
-        if self.rises() {
-            for (o, &s) in out.iter_mut().zip(start) {
-                *o = s - *o;
-            }
+    fn since_start(&self, beyond: f64, to_top: impl Fn(usize) -> Eight, out: &mut [f32]) {
+        let (of_tangent, of_point, of_start) = if self.rises() {
+            (0.0, -1.0, 1.0)
         } else if beyond <= 0.0 || !self.grazes {
-            for (o, &s) in out.iter_mut().zip(start) {
-                *o -= s;
-            }
+            (0.0, 1.0, -1.0)
         } else {
-            for ((o, &t), &s) in out.iter_mut().zip(self.tangent.iter()).zip(start) {
-                *o = 2.0 * t - *o - s;
-            }
+            (2.0, -1.0, -1.0)
+        };
+        let rows = eights(self.start).zip(eights(self.tangent));
+        for (b, (out, (start, tangent))) in eights_mut(out).zip(rows).enumerate() {
+            let point = to_top(b);
+            *out = std::array::from_fn(|k| {
+                of_tangent * tangent[k] + of_point * point[k] + of_start * start[k]
+            });
         }
     }
 
@@ -239,8 +238,8 @@ impl<'a> RayColumns<'a> {
                 high = s;
             }
         };
-        at.stepped(step as f32, &mut out[..columns.count()]);
-        self.since_start(s - self.geometry.tangent_m, out);
+        let beyond = s - self.geometry.tangent_m;
+        self.since_start(beyond, |b| at.stepped(step as f32, b), out);
         s
     }
 }

@@ -7,7 +7,6 @@
 
 use rayon::prelude::*;
 
-use super::first_order::columns_to_sun;
 use super::scene::{Scene, SunLight};
 use crate::math::Vec3;
 use crate::medium::{Columns, LayeredMedium, Medium};
@@ -180,12 +179,12 @@ impl Guide {
         };
         let irradiance = guide.irradiance;
         let mut direct = vec![[0.0; BANDS]; SUNS];
-        let (mut out, mut scratch) = (vec![0.0; columns.count()], vec![0.0; columns.count()]);
+        let mut out = vec![0.0; columns.count()];
         for node in 0..HEIGHTS * SUNS {
             let (h, s) = (node / SUNS, node % SUNS);
             let mu = sun_cosine(s);
             let sunward_m = at_height(h) * mu;
-            if columns_to_sun(columns, at_height(h), sunward_m, &mut out, &mut scratch) {
+            if columns.to_sun(at_height(h), sunward_m, &mut out) {
                 let light = bands(|b| {
                     let tau = columns.optical_depth_at(&out, middle[b]);
                     irradiance[b] * (-tau as f32).exp()
