@@ -12,14 +12,14 @@ use crate::math::{Sampler, Vec3};
 use crate::medium::RayColumns;
 
 /// Share of the distances that ignore the solution.
-const BLIND: f32 = 0.2;
+const BLIND: f32 = 0.3;
 
 /// Share of the directions that are drawn from the solution.
-const LED: f64 = 0.5;
+const LED: f64 = 0.3;
 
 /// Share of what the first leg may find, below which Russian roulette begins, and its least chance of survival.
-const ROULETTE_BELOW: f32 = 0.1;
-const LEAST_SURVIVAL: f32 = 0.3;
+const ROULETTE_BELOW: f32 = 0.3;
+const LEAST_SURVIVAL: f32 = 0.2;
 
 /// A guide's word on the directions at one vertex.
 pub(super) struct Lead {
