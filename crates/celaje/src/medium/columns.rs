@@ -198,7 +198,9 @@ impl Columns {
         let (lowest, start) = (self.look_up(lowest, 0.0), self.look_up(r, -sunward_m));
         for (b, out) in eights_mut(out).enumerate() {
             let (to_top, before) = (lowest.columns(b), start.columns(b));
-            *out = std::array::from_fn(|k| 2.0 * to_top[k] - before[k]);
+            for k in 0..BLOCK {
+                out[k] = 2.0 * to_top[k] - before[k];
+            }
         }
         true
     }
@@ -344,8 +346,11 @@ impl Lookup<'_> {
     /// The same, moved on by `step` \[m\] times the densities at the point.
     #[inline(always)]
     pub(super) fn stepped(&self, step: f32, b: usize) -> Eight {
-        let (columns, density) = self.block(b);
-        std::array::from_fn(|k| columns[k] + step * density[k])
+        let (mut columns, density) = self.block(b);
+        for k in 0..BLOCK {
+            columns[k] += step * density[k];
+        }
+        columns
     }
 
     /// One block of the columns to the top, and of the densities at the point.

@@ -1,6 +1,6 @@
 //! Columns along one straight ray, and where on it an optical depth is reached.
 
-use super::columns::{eights, eights_mut, Columns, Eight};
+use super::columns::{eights, eights_mut, Columns, Lookup};
 use super::Ray;
 
 /// Where a ray runs, as seen from the planet's centre.
@@ -126,7 +126,9 @@ impl<'a> RayColumns<'a> {
         }
         let rows = eights(self.start).zip(eights(self.tangent));
         for (out, (start, tangent)) in eights_mut(out).zip(rows) {
-            *out = std::array::from_fn(|k| 2.0 * tangent[k] - start[k]);
+            for k in 0..out.len() {
+                out[k] = 2.0 * tangent[k] - start[k];
+            }
         }
     }
 
@@ -136,13 +138,13 @@ impl<'a> RayColumns<'a> {
         let beyond = distance_m - self.geometry.tangent_m;
         let r = self.geometry.radius_at(distance_m);
         let at = self.columns.look_up(r, beyond.abs());
-        self.since_start(beyond, |b| at.columns(b), out);
+        self.since_start(beyond, &at, 0.0, out);
     }
 
-    /// Columns from the start, from the blocks of those to the top at a point that lies `beyond` \[m\] the one nearest the planet's
-    /// centre.
+    /// Columns from the start to a point that lies `beyond` \[m\] the one nearest the planet's centre: from what was looked up
+    /// there, moved on by `step` \[m\] times the densities.
     #[inline(always)]
-    fn since_start(&self, beyond: f64, to_top: impl Fn(usize) -> Eight, out: &mut [f32]) {
+    fn since_start(&self, beyond: f64, at: &Lookup<'_>, step: f32, out: &mut [f32]) {
         let (of_tangent, of_point, of_start) = if self.rises() {
             (0.0, -1.0, 1.0)
         } else if beyond <= 0.0 || !self.grazes {
@@ -152,10 +154,10 @@ impl<'a> RayColumns<'a> {
         };
         let rows = eights(self.start).zip(eights(self.tangent));
         for (b, (out, (start, tangent))) in eights_mut(out).zip(rows).enumerate() {
-            let point = to_top(b);
-            *out = std::array::from_fn(|k| {
-                of_tangent * tangent[k] + of_point * point[k] + of_start * start[k]
-            });
+            let point = at.stepped(step, b);
+            for k in 0..point.len() {
+                out[k] = of_tangent * tangent[k] + of_point * point[k] + of_start * start[k];
+            }
         }
     }
 
@@ -239,7 +241,7 @@ impl<'a> RayColumns<'a> {
             }
         };
         let beyond = s - self.geometry.tangent_m;
-        self.since_start(beyond, |b| at.stepped(step as f32, b), out);
+        self.since_start(beyond, &at, step as f32, out);
         s
     }
 }

@@ -94,6 +94,16 @@ pub(super) struct Place {
     fraction: f32,
 }
 
+impl Place {
+    /// The mean of what stands at the four nodes.
+    #[inline(always)]
+    fn mix(&self, rows: &[Bands]) -> Bands {
+        let (w, at) = (self.weight, self.at);
+        let (a, b, c, d) = (rows[at[0]], rows[at[1]], rows[at[2]], rows[at[3]]);
+        bands(|i| w[0] * a[i] + w[1] * b[i] + w[2] * c[i] + w[3] * d[i])
+    }
+}
+
 /// What is known of a place: scattering and extinction coefficients \[m⁻¹\], and mean radiance of sunlight and of later light.
 #[derive(Clone, Copy)]
 pub(super) struct Known {
@@ -368,20 +378,12 @@ impl Guide {
     /// What is known of a place.
     #[inline(always)]
     pub fn know(&self, place: Place) -> Known {
-        let (w, at) = (place.weight, place.at);
-        let mix = |rows: &[Bands]| {
-            let [a, b, c, d] = [rows[at[0]], rows[at[1]], rows[at[2]], rows[at[3]]];
-            bands(|i| w[0] * a[i] + w[1] * b[i] + w[2] * c[i] + w[3] * d[i])
-        };
-        let line = |rows: &[Bands]| {
-            let (a, b) = (rows[place.height], rows[place.height + 1]);
-            bands(|i| a[i] + place.fraction * (b[i] - a[i]))
-        };
+        let (h, f) = (place.height, place.fraction);
         Known {
-            sigma_s: line(&self.sigma_s),
-            sigma_t: line(&self.sigma_t),
-            sun: mix(&self.sun),
-            diffuse: mix(&self.diffuse),
+            sigma_s: mix_two(self.sigma_s[h], self.sigma_s[h + 1], f),
+            sigma_t: mix_two(self.sigma_t[h], self.sigma_t[h + 1], f),
+            sun: place.mix(&self.sun),
+            diffuse: place.mix(&self.diffuse),
         }
     }
 

@@ -182,19 +182,17 @@ impl Walker<'_> {
     ) -> Option<Cells> {
         let sun = self.scene.sun.direction;
         let (from, slope) = (leg.at.dot(sun), leg.direction.dot(sun));
-        // Each cell has the mean of what is known at its two ends: where light grows steeply, that is rather too much than too
-        // little.
-        let know = |x: f64| {
-            let (share, _) = walk.at(x);
-            let s = share * way.length_m;
-            let r = way.geometry.radius_at(s);
-            (s, guide.know(guide.place(r, (from + slope * s) / r)))
-        };
         let mut tau = [[0.0f32; BLOCK]; BANDS];
         let (mut albedo, mut source) = (tau, tau);
-        let (mut start, mut before) = know(0.0);
+        // Each cell has the mean of what is known at its two ends: where light grows steeply, that is rather too much than too
+        // little.
+        let place = guide.place(leg.radius_m, from / leg.radius_m);
+        let (mut start, mut before) = (0.0, guide.know(place));
         for k in 0..BLOCK {
-            let (end, after) = know((k as f64 + 1.0) / BLOCK as f64);
+            let (share, _) = walk.at((k as f64 + 1.0) / BLOCK as f64);
+            let end = share * way.length_m;
+            let r = way.geometry.radius_at(end);
+            let after = guide.know(guide.place(r, (from + slope * end) / r));
             let ds = (end - start) as f32;
             for b in 0..BANDS {
                 let sigma_t = before.sigma_t[b] + after.sigma_t[b];
