@@ -25,7 +25,7 @@ use crate::math::lanes::{self, Block};
 pub(super) const BLOCK: usize = 8;
 
 /// The values of one block of columns.
-pub(super) type Eight = [f32; BLOCK];
+type Eight = [f32; BLOCK];
 
 /// Nodes of the table over the zenith angle, at each altitude.
 const COSINES: usize = 160;
@@ -137,7 +137,7 @@ impl Columns {
 
     /// Where the columns from a point to the top along a direction that does not fall are found.
     #[inline(always)]
-    pub(super) fn look_up(&self, r: f64, s: f64) -> Lookup<'_> {
+    fn look_up(&self, r: f64, s: f64) -> Lookup<'_> {
         let n = self.count / BLOCK;
         let t = &*self.of_all;
         let j = t.guide.interval(r) + 1;
@@ -175,34 +175,9 @@ impl Columns {
     #[inline(always)]
     pub(crate) fn to_top_from(&self, r: f64, s: f64, out: &mut [f32]) {
         let at = self.look_up(r, s);
-        for (b, out) in eights_mut(out).enumerate() {
-            *out = at.columns(b);
+        for b in 0..self.count / BLOCK {
+            out[b * BLOCK..(b + 1) * BLOCK].copy_from_slice(&at.block(b).0);
         }
-    }
-
-    /// Columns from a point to the top towards the sun; `false` where the planet stands before it.
-    ///
-    /// * `r` — distance from the planet's centre \[m\]
-    /// * `sunward_m` — height above the plane through it that faces the sun \[m\]
-    #[inline(always)]
-    pub(crate) fn to_sun(&self, r: f64, sunward_m: f64, out: &mut [f32]) -> bool {
-        if sunward_m >= 0.0 {
-            self.to_top_from(r, sunward_m, out);
-            return true;
-        }
-        let lowest = (r * r - sunward_m * sunward_m).max(0.0).sqrt();
-        if lowest < self.ground_m() {
-            return false;
-        }
-        // Down to the lowest point and up again.
-        let (lowest, start) = (self.look_up(lowest, 0.0), self.look_up(r, -sunward_m));
-        for (b, out) in eights_mut(out).enumerate() {
-            let (to_top, before) = (lowest.columns(b), start.columns(b));
-            for k in 0..BLOCK {
-                out[k] = 2.0 * to_top[k] - before[k];
-            }
-        }
-        true
     }
 
     /// What [`Columns::to_top_from`] looks up, with its optical depth at one wavelength and the extinction coefficient \[m⁻¹\] at
@@ -271,7 +246,8 @@ impl Columns {
     #[inline(always)]
     pub(crate) fn optical_depth_at(&self, columns: &[f32], lane: usize) -> f64 {
         let mut tau = [0.0f32; BLOCK];
-        for (&c, &s) in eights(columns).zip(self.spectrum_of(lane)) {
+        for (c, &s) in columns.chunks_exact(BLOCK).zip(self.spectrum_of(lane)) {
+            let c = eight(c);
             for k in 0..BLOCK {
                 tau[k] += c[k] * s[k];
             }
@@ -289,7 +265,7 @@ impl Table {
             count,
             nodes: (0..nodes).map(node).collect(),
             guide: medium.guide().clone(),
-            density: eights(density).copied().collect(),
+            density: density.chunks_exact(BLOCK).map(eight).collect(),
             table: Vec::new(),
         };
         let mut table = vec![[0.0; BLOCK]; nodes * COSINES * count / BLOCK];
@@ -337,20 +313,15 @@ impl Lookup<'_> {
         (self.shell.0..=self.shell.1).contains(&r)
     }
 
-    /// One block of the columns.
+    /// The columns, moved on by `step` \[m\] times the densities at the point.
     #[inline(always)]
-    pub(super) fn columns(&self, b: usize) -> Eight {
-        self.block(b).0
-    }
-
-    /// The same, moved on by `step` \[m\] times the densities at the point.
-    #[inline(always)]
-    pub(super) fn stepped(&self, step: f32, b: usize) -> Eight {
-        let (mut columns, density) = self.block(b);
-        for k in 0..BLOCK {
-            columns[k] += step * density[k];
+    pub(super) fn stepped(&self, step: f32, out: &mut [f32]) {
+        for (b, out) in out.chunks_exact_mut(BLOCK).enumerate() {
+            let (columns, density) = self.block(b);
+            for k in 0..BLOCK {
+                out[k] = columns[k] + step * density[k];
+            }
         }
-        columns
     }
 
     /// One block of the columns to the top, and of the densities at the point.
@@ -375,18 +346,12 @@ impl Lookup<'_> {
     }
 }
 
-/// The blocks of a row of columns.
+/// A slice of [`BLOCK`] values as an array.
 #[inline(always)]
-pub(super) fn eights(columns: &[f32]) -> impl Iterator<Item = &Eight> {
-    columns.chunks_exact(BLOCK).filter_map(|c| c.first_chunk())
-}
-
-/// See [`eights`].
-#[inline(always)]
-pub(super) fn eights_mut(columns: &mut [f32]) -> impl Iterator<Item = &mut Eight> {
-    columns
-        .chunks_exact_mut(BLOCK)
-        .filter_map(|c| c.first_chunk_mut())
+fn eight(values: &[f32]) -> Eight {
+    let mut out = [0.0; BLOCK];
+    out.copy_from_slice(values);
+    out
 }
 
 #[inline(always)]

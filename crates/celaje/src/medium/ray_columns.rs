@@ -1,6 +1,6 @@
 //! Columns along one straight ray, and where on it an optical depth is reached.
 
-use super::columns::{eights, eights_mut, Columns, Lookup};
+use super::columns::Columns;
 use super::Ray;
 
 /// Where a ray runs, as seen from the planet's centre.
@@ -120,14 +120,13 @@ impl<'a> RayColumns<'a> {
     /// Columns from the start to where the ray leaves the air; it must not meet the ground.
     #[inline(always)]
     pub(crate) fn to_space(&self, out: &mut [f32]) {
+        let n = self.columns.count();
+        let (start, out) = (&self.start[..n], &mut out[..n]);
         if self.rises() {
-            out.copy_from_slice(self.start);
-            return;
-        }
-        let rows = eights(self.start).zip(eights(self.tangent));
-        for (out, (start, tangent)) in eights_mut(out).zip(rows) {
-            for k in 0..out.len() {
-                out[k] = 2.0 * tangent[k] - start[k];
+            out.copy_from_slice(start);
+        } else {
+            for ((o, &t), &s) in out.iter_mut().zip(self.tangent.iter()).zip(start) {
+                *o = 2.0 * t - s;
             }
         }
     }
@@ -137,26 +136,26 @@ impl<'a> RayColumns<'a> {
     pub(crate) fn to(&self, distance_m: f64, out: &mut [f32]) {
         let beyond = distance_m - self.geometry.tangent_m;
         let r = self.geometry.radius_at(distance_m);
-        let at = self.columns.look_up(r, beyond.abs());
-        self.since_start(beyond, &at, 0.0, out);
+        self.columns.to_top_from(r, beyond.abs(), out);
+        self.since_start(beyond, out);
     }
 
-    /// Columns from the start to a point that lies `beyond` \[m\] the one nearest the planet's centre: from what was looked up
-    /// there, moved on by `step` \[m\] times the densities.
+    /// Columns from the start, from those to the top at a point that lies `beyond` \[m\] the one nearest the planet's centre.
     #[inline(always)]
-    fn since_start(&self, beyond: f64, at: &Lookup<'_>, step: f32, out: &mut [f32]) {
-        let (of_tangent, of_point, of_start) = if self.rises() {
-            (0.0, -1.0, 1.0)
+    fn since_start(&self, beyond: f64, out: &mut [f32]) {
+        let n = self.columns.count();
+        let (start, out) = (&self.start[..n], &mut out[..n]);
+        if self.rises() {
+            for (o, &s) in out.iter_mut().zip(start) {
+                *o = s - *o;
+            }
         } else if beyond <= 0.0 || !self.grazes {
-            (0.0, 1.0, -1.0)
+            for (o, &s) in out.iter_mut().zip(start) {
+                *o -= s;
+            }
         } else {
-            (2.0, -1.0, -1.0)
-        };
-        let rows = eights(self.start).zip(eights(self.tangent));
-        for (b, (out, (start, tangent))) in eights_mut(out).zip(rows).enumerate() {
-            let point = at.stepped(step, b);
-            for k in 0..point.len() {
-                out[k] = of_tangent * tangent[k] + of_point * point[k] + of_start * start[k];
+            for ((o, &t), &s) in out.iter_mut().zip(self.tangent.iter()).zip(start) {
+                *o = 2.0 * t - *o - s;
             }
         }
     }
@@ -240,8 +239,8 @@ impl<'a> RayColumns<'a> {
                 high = s;
             }
         };
-        let beyond = s - self.geometry.tangent_m;
-        self.since_start(beyond, &at, step as f32, out);
+        at.stepped(step as f32, &mut out[..columns.count()]);
+        self.since_start(s - self.geometry.tangent_m, out);
         s
     }
 }

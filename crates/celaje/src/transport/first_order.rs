@@ -23,6 +23,7 @@ pub(super) struct Rows {
     pub tangent: Vec<f32>,
     /// Columns of a second ray, towards the sun.
     pub sun_columns: Vec<f32>,
+    pub sun_scratch: Vec<f32>,
 }
 
 impl Rows {
@@ -34,6 +35,7 @@ impl Rows {
             start: vec![0.0; columns],
             tangent: vec![0.0; columns],
             sun_columns: vec![0.0; columns],
+            sun_scratch: vec![0.0; columns],
         }
     }
 }
@@ -351,7 +353,13 @@ impl FirstOrder {
         if let Some(p) = &mut self.polarised {
             p.light.fill(0.0);
         }
-        if !columns.to_sun(at.length(), at.dot(towards), &mut rows.sun_columns) {
+        if !sun_columns(
+            columns,
+            at,
+            towards,
+            &mut rows.sun_columns,
+            &mut rows.sun_scratch,
+        ) {
             return;
         }
         view_columns(columns, rows, stretch, distance_m);
@@ -397,8 +405,16 @@ impl FirstOrder {
         towards: Vec3,
     ) {
         let at = stretch.ray.at(stretch.length_m);
-        let (radius_m, sunward_m) = (at.length(), at.dot(towards));
-        if sunward_m <= 0.0 || !columns.to_sun(radius_m, sunward_m, &mut rows.sun_columns) {
+        let cosine = at.normalized().dot(towards);
+        if cosine <= 0.0
+            || !sun_columns(
+                columns,
+                at,
+                towards,
+                &mut rows.sun_columns,
+                &mut rows.sun_scratch,
+            )
+        {
             return;
         }
         view_columns(columns, rows, stretch, stretch.length_m);
@@ -407,7 +423,7 @@ impl FirstOrder {
         }
         columns.optical_depth(&rows.columns, &mut rows.tau);
         lanes::exp_neg(&rows.tau, &mut rows.transmittance);
-        let factor = (sunward_m / radius_m / std::f64::consts::PI) as f32;
+        let factor = (cosine / std::f64::consts::PI) as f32;
         let lit = rows.transmittance.iter().zip(&self.beam).zip(&scene.albedo);
         for (l, ((&t, &e), &a)) in self.light.iter_mut().zip(lit) {
             *l += factor * t * e * a;
@@ -463,4 +479,44 @@ fn view_columns(columns: &Columns, rows: &mut Rows, stretch: &Stretch, distance_
         ..
     } = rows;
     RayColumns::new(columns, &stretch.ray, start, tangent).to(distance_m, at);
+}
+
+/// Columns from a point to the top towards the sun; `false` where the planet stands before it.
+#[inline(always)]
+pub(super) fn sun_columns(
+    columns: &Columns,
+    at: Vec3,
+    towards: Vec3,
+    out: &mut [f32],
+    scratch: &mut [f32],
+) -> bool {
+    columns_to_sun(columns, at.length(), at.dot(towards), out, scratch)
+}
+
+/// The same from a distance from the planet's centre \[m\] and the height above the plane through it that faces the sun \[m\].
+#[inline(always)]
+pub(super) fn columns_to_sun(
+    columns: &Columns,
+    radius_m: f64,
+    sunward_m: f64,
+    out: &mut [f32],
+    scratch: &mut [f32],
+) -> bool {
+    if sunward_m >= 0.0 {
+        columns.to_top_from(radius_m, sunward_m, out);
+        return true;
+    }
+    let lowest = (radius_m * radius_m - sunward_m * sunward_m)
+        .max(0.0)
+        .sqrt();
+    if lowest < columns.ground_m() {
+        return false;
+    }
+    // Down to the lowest point and up again.
+    columns.to_top_from(lowest, 0.0, out);
+    columns.to_top_from(radius_m, -sunward_m, scratch);
+    for (o, &s) in out.iter_mut().zip(scratch.iter()) {
+        *o = 2.0 * *o - s;
+    }
+    true
 }

@@ -7,6 +7,7 @@
 
 use rayon::prelude::*;
 
+use super::first_order::columns_to_sun;
 use super::scene::{Scene, SunLight};
 use crate::math::Vec3;
 use crate::medium::{Columns, LayeredMedium, Medium};
@@ -194,7 +195,8 @@ impl Guide {
             let (h, s) = (node / SUNS, node % SUNS);
             let mu = sun_cosine(s);
             let sunward_m = at_height(h) * mu;
-            if columns.to_sun(at_height(h), sunward_m, &mut out) {
+            let mut scratch = out.clone();
+            if columns_to_sun(columns, at_height(h), sunward_m, &mut out, &mut scratch) {
                 let light = bands(|b| {
                     let tau = columns.optical_depth_at(&out, middle[b]);
                     irradiance[b] * (-tau as f32).exp()

@@ -1,6 +1,6 @@
 //! What `path` does on one path: the walk from vertex to vertex.
 
-use super::first_order::{FirstOrder, Rows};
+use super::first_order::{columns_to_sun, FirstOrder, Rows};
 use super::guide::Guide;
 use super::guided::Lead;
 use super::present::{Peak, Present};
@@ -317,11 +317,7 @@ impl<'a> Walker<'a> {
         let at = leg.at + leg.direction * way.length_m;
         let radius_m = at.length();
         let sunward_m = at.dot(self.first.towards_sun);
-        if sunward_m <= 0.0
-            || !self
-                .columns
-                .to_sun(radius_m, sunward_m, &mut self.rows.sun_columns)
-        {
+        if sunward_m <= 0.0 || !self.look_at_sun(radius_m, sunward_m) {
             return;
         }
         let factor = scale * (sunward_m / radius_m / std::f64::consts::PI) as f32;
@@ -450,6 +446,17 @@ impl<'a> Walker<'a> {
         lanes::tree_sum(density)
     }
 
+    /// Columns towards the sun; `false` where the planet stands before it.
+    #[inline(always)]
+    fn look_at_sun(&mut self, radius_m: f64, sunward_m: f64) -> bool {
+        let Rows {
+            sun_columns,
+            sun_scratch,
+            ..
+        } = &mut self.rows;
+        columns_to_sun(self.columns, radius_m, sunward_m, sun_columns, sun_scratch)
+    }
+
     /// Whether a vertex sees the sun above its horizon, which from aloft lies below the horizontal, or close to it: a peak about a sun
     /// that has just set there still lights the haze above. `sunward_m` is the vertex's height above the plane through the planet's
     /// centre that faces the sun.
@@ -465,10 +472,7 @@ impl<'a> Walker<'a> {
     #[inline(always)]
     pub fn find_sun(&mut self, at: Vec3, radius_m: f64, direction: Vec3, scale: f32) {
         let towards = self.first.towards_sun;
-        if !self
-            .columns
-            .to_sun(radius_m, at.dot(towards), &mut self.rows.sun_columns)
-        {
+        if !self.look_at_sun(radius_m, at.dot(towards)) {
             return;
         }
         let Weights {
