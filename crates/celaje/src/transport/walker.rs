@@ -13,7 +13,7 @@ use crate::math::{Sampler, Vec3};
 use crate::medium::{Columns, LayeredMedium, Medium, Ray, RayColumns};
 
 /// Sine of the sun's elevation where a pixel looks below which a guide leads its paths.
-pub(super) const GUIDED_BELOW: f64 = 0.03;
+pub(super) const GUIDED_BELOW: f64 = 0.035;
 
 /// Share of what the first collision could scatter, below which Russian roulette begins; the best of several measured.
 const ROULETTE_BELOW: f32 = 0.1;
