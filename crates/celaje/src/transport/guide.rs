@@ -190,12 +190,11 @@ impl Guide {
         };
         let irradiance = guide.irradiance;
         let mut direct = vec![[0.0; BANDS]; SUNS];
-        let mut out = vec![0.0; columns.count()];
+        let (mut out, mut scratch) = (vec![0.0; columns.count()], vec![0.0; columns.count()]);
         for node in 0..HEIGHTS * SUNS {
             let (h, s) = (node / SUNS, node % SUNS);
             let mu = sun_cosine(s);
             let sunward_m = at_height(h) * mu;
-            let mut scratch = out.clone();
             if columns_to_sun(columns, at_height(h), sunward_m, &mut out, &mut scratch) {
                 let light = bands(|b| {
                     let tau = columns.optical_depth_at(&out, middle[b]);

@@ -136,3 +136,41 @@ fn scattering_column(medium: &LayeredMedium, species: usize, lane: usize) -> f64
     });
     shells.sum()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Rng;
+
+    /// Rationale: a path drawn about the sun is divided by this density, so it must be that of the draw. Expected: it is the phase
+    /// function's own wherever one looks, next to the sun above all, and Henyey and Greenstein's is met within a thousandth.
+    #[test]
+    fn the_density_is_that_of_the_draw() {
+        let (g, altitude_m) = (0.9, [0.0, 1000.0, 10_000.0]);
+        let mut medium = LayeredMedium::new(&altitude_m, &[550.0], 6_360_000.0).unwrap();
+        let phase = Phase::henyey_greenstein(&[g]).unwrap();
+        medium.add(&[1e-4, 1e-5, 0.0], &[0.0; 3], phase).unwrap();
+        let peak = Peak::new(&medium).unwrap();
+        let mut rng = Rng::new(5, 1);
+        for _ in 0..10_000 {
+            let cos_theta = peak.sample(rng.uniform());
+            let (found, own) = (peak.density(cos_theta), peak.phase.eval_at(0, cos_theta));
+            assert!(
+                (found / own - 1.0).abs() < 1e-4,
+                "{cos_theta}: {found}, {own}"
+            );
+            let exact = (1.0 - g * g) / (4.0 * PI * (1.0 + g * g - 2.0 * g * cos_theta).powf(1.5));
+            assert!(
+                (found / exact - 1.0).abs() < 1e-3,
+                "{cos_theta}: {found}, {exact}"
+            );
+        }
+        for cos_theta in [-1.0, 1.0] {
+            let (found, own) = (peak.density(cos_theta), peak.phase.eval_at(0, cos_theta));
+            assert!(
+                (found / own - 1.0).abs() < 1e-6,
+                "{cos_theta}: {found}, {own}"
+            );
+        }
+    }
+}
