@@ -1,4 +1,4 @@
-# Everything that people do with celaje. Needs a Rust toolchain (1.85 or newer) and Python (3.10 or newer, with venv);
+# Everything that people do with celaje. Needs a Rust toolchain (1.88 or newer) and Python (3.10 or newer, with venv);
 # all else goes into .venv and target, here in this folder.
 
 PYTHON ?= python3

@@ -3,7 +3,7 @@
 /// Index `i` of the interval `[x[i], x[i+1]]` that holds `at`, clamped to the first and last interval.
 ///
 /// `x` strictly increasing, at least two values.
-#[inline]
+#[inline(always)]
 pub fn interval(x: &[f64], at: f64) -> usize {
     x.partition_point(|&v| v <= at).clamp(1, x.len() - 1) - 1
 }
@@ -12,6 +12,8 @@ pub fn interval(x: &[f64], at: f64) -> usize {
 #[derive(Debug, Clone)]
 pub struct Guide {
     x: Vec<f64>,
+    /// Where each interval ends; the last one has no end.
+    ends: Vec<f64>,
     cells_per_unit: f64,
     first: Vec<u32>,
 }
@@ -27,8 +29,10 @@ impl Guide {
         let first = (0..cells)
             .map(|c| interval(x, x[0] + range * c as f64 / cells as f64) as u32)
             .collect();
+        let inner = x[1..x.len() - 1].iter().copied();
         Self {
             x: x.to_vec(),
+            ends: inner.chain([f64::INFINITY]).collect(),
             cells_per_unit: cells as f64 / range,
             first,
         }
@@ -43,7 +47,9 @@ impl Guide {
         if i > 0 && at < self.x[i] {
             i -= 1;
         }
-        while i + 2 < self.x.len() && self.x[i + 1] <= at {
+        // A cell seldom holds more than one node: the first step is counted, not decided, for a processor cannot foresee it.
+        i += usize::from(self.ends[i] <= at);
+        while self.ends[i] <= at {
             i += 1;
         }
         i

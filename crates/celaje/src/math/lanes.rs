@@ -26,46 +26,16 @@ pub fn block(row: &[f32], at: usize) -> &Block {
     row[at..].first_chunk().unwrap_or(&[0.0; BLOCK])
 }
 
-/// The blocks of a row.
+/// The blocks of a row. Several rows go through a loop together by `zip`, which then counts one number only.
 #[inline(always)]
-pub fn blocks(row: &[f32]) -> Blocks<'_> {
-    Blocks(row)
+pub fn blocks(row: &[f32]) -> std::slice::Iter<'_, Block> {
+    row.as_chunks().0.iter()
 }
 
 /// The blocks of a row, to be written.
 #[inline(always)]
-pub fn blocks_mut(row: &mut [f32]) -> BlocksMut<'_> {
-    BlocksMut(row)
-}
-
-/// See [`blocks`].
-#[derive(Debug, Clone)]
-pub struct Blocks<'a>(&'a [f32]);
-
-impl<'a> Iterator for Blocks<'a> {
-    type Item = &'a Block;
-
-    #[inline(always)]
-    fn next(&mut self) -> Option<&'a Block> {
-        let (first, rest) = self.0.split_first_chunk()?;
-        self.0 = rest;
-        Some(first)
-    }
-}
-
-/// See [`blocks_mut`].
-#[derive(Debug)]
-pub struct BlocksMut<'a>(&'a mut [f32]);
-
-impl<'a> Iterator for BlocksMut<'a> {
-    type Item = &'a mut Block;
-
-    #[inline(always)]
-    fn next(&mut self) -> Option<&'a mut Block> {
-        let (first, rest) = std::mem::take(&mut self.0).split_first_chunk_mut()?;
-        self.0 = rest;
-        Some(first)
-    }
+pub fn blocks_mut(row: &mut [f32]) -> std::slice::IterMut<'_, Block> {
+    row.as_chunks_mut().0.iter_mut()
 }
 
 /// Length of a row that holds `n` values.
@@ -85,17 +55,16 @@ pub fn row_from(n: usize, mut f: impl FnMut(usize) -> f64) -> Vec<f32> {
 /// `Σ a` of one block.
 #[inline(always)]
 pub fn tree_sum(a: Block) -> f32 {
-    // Without this stop the compiler spreads the tree backwards over the loop that filled the block, and shuffles more than it
+    // Without these stops the compiler spreads the tree backwards over the loop that filled the block, and shuffles more than it
     // adds there.
-    let mut a = std::hint::black_box(a);
-    let mut width = BLOCK / 2;
-    while width > 0 {
-        for k in 0..width {
-            a[k] += a[k + width];
-        }
-        width /= 2;
+    let a = std::hint::black_box(a);
+    let mut eight = [0.0; 8];
+    for k in 0..8 {
+        eight[k] = a[k] + a[k + 8];
     }
-    a[0]
+    let a = std::hint::black_box(eight);
+    let four = [a[0] + a[4], a[1] + a[5], a[2] + a[6], a[3] + a[7]];
+    (four[0] + four[2]) + (four[1] + four[3])
 }
 
 /// The sum of all blocks.

@@ -13,6 +13,12 @@ impl Rng {
         Self(Xoshiro256PlusPlus::seed_from_u64(mix(mix(seed) ^ index)))
     }
 
+    /// A stream of its own, told by the next of this one's numbers.
+    #[inline(always)]
+    pub fn fork(&mut self) -> Self {
+        Self(Xoshiro256PlusPlus::seed_from_u64(self.0.next_u64()))
+    }
+
     /// 32 random bits.
     pub fn bits(&mut self) -> u32 {
         (self.0.next_u64() >> 32) as u32
@@ -57,31 +63,16 @@ impl Sampler {
     /// Dimensions taken from the sequence; beyond, its evenness no longer shows.
     const SOBOL_DIMENSIONS: u32 = 64;
 
-    /// Random numbers only.
-    pub fn random(rng: Rng) -> Self {
-        Self {
-            rng,
-            sobol: None,
-            dimension: 0,
-            block: [0.0; 4],
-        }
-    }
-
-    /// A point of a scrambled Sobol sequence, `index` below 65 536.
-    pub fn sobol(rng: Rng, scramble: u32, index: u32) -> Self {
-        Self {
-            rng,
-            sobol: Some((scramble, index)),
-            dimension: 0,
-            block: [0.0; 4],
-        }
-    }
-
-    /// Moves on to another point of the sequence, or just on through the random numbers.
+    /// A point of a scrambled Sobol sequence, by the seed that scrambles it and an index below 65 536, and random numbers after it;
+    /// random numbers throughout, if there is none.
     #[inline(always)]
-    pub fn start(&mut self, point: Option<(u32, u32)>) {
-        self.sobol = point;
-        self.dimension = 0;
+    pub fn new(rng: Rng, point: Option<(u32, u32)>) -> Self {
+        Self {
+            rng,
+            sobol: point,
+            dimension: 0,
+            block: [0.0; 4],
+        }
     }
 
     /// The next number, uniform in [0, 1).

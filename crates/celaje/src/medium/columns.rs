@@ -19,21 +19,15 @@ use super::layered::LayeredMedium;
 use super::shell::{cubic_weights, mean_fraction, Node};
 use super::Medium;
 use crate::math::interp::Guide;
-use crate::math::lanes::{self, Block};
-
-/// Columns are handled in blocks of this many.
-pub(super) const BLOCK: usize = 8;
-
-/// The values of one block of columns.
-type Eight = [f32; BLOCK];
+use crate::math::lanes::{self, Block, BLOCK};
 
 /// Nodes of the table over the zenith angle, at each altitude.
-const COSINES: usize = 160;
+pub(super) const COSINES: usize = 96;
 
 /// Columns to the top of the air from every altitude and direction, and what they weigh at each wavelength.
 #[derive(Debug, Clone)]
 pub(crate) struct Columns {
-    /// Number of columns, a multiple of [`BLOCK`].
+    /// Number of columns, whole blocks.
     count: usize,
     /// The columns themselves; media that were taken together share them.
     of_all: Arc<Table>,
@@ -42,13 +36,13 @@ pub(crate) struct Columns {
     /// How many columns are not padding.
     used: usize,
     /// The same with shape (lanes, block of k).
-    by_lane: Vec<Eight>,
+    by_lane: Vec<Aligned>,
 }
 
 /// A block that begins where a line of the cache does.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
-struct Aligned(Block);
+pub(super) struct Aligned(pub(super) Block);
 
 /// Columns that need no wavelength.
 #[derive(Debug)]
@@ -57,9 +51,9 @@ struct Table {
     nodes: Vec<Node>,
     guide: Guide,
     /// `c_k` at the nodes, shape (node, block of k).
-    density: Vec<Eight>,
+    density: Vec<Aligned>,
     /// `C_k` to the top, shape (node, COSINES, block of k), uniform in the distance to the top.
-    table: Vec<Eight>,
+    table: Vec<Aligned>,
 }
 
 impl Columns {
@@ -107,13 +101,13 @@ impl Columns {
             by_lane: (0..lanes * count / BLOCK)
                 .map(|i| {
                     let (lane, first) = (i * BLOCK / count, i * BLOCK % count);
-                    std::array::from_fn(|k| spectrum(first + k, lane))
+                    Aligned(lanes::each(|k| spectrum(first + k, lane)))
                 })
                 .collect(),
-            spectra: (0..lanes / lanes::BLOCK * count)
+            spectra: (0..lanes / BLOCK * count)
                 .map(|i| {
                     let (block, k) = (i / count, i % count);
-                    Aligned(lanes::each(|j| spectrum(k, block * lanes::BLOCK + j)))
+                    Aligned(lanes::each(|j| spectrum(k, block * BLOCK + j)))
                 })
                 .collect(),
             used: (0..count)
@@ -133,6 +127,27 @@ impl Columns {
     #[inline(always)]
     pub(crate) fn count(&self) -> usize {
         self.count
+    }
+
+    /// Its nodes, what finds them, the columns at them and their densities, for [`super::abreast`].
+    #[inline(always)]
+    pub(super) fn nodes(&self) -> &[Node] {
+        &self.of_all.nodes
+    }
+
+    #[inline(always)]
+    pub(super) fn guide(&self) -> &Guide {
+        &self.of_all.guide
+    }
+
+    #[inline(always)]
+    pub(super) fn rows(&self) -> &[Aligned] {
+        &self.of_all.table
+    }
+
+    #[inline(always)]
+    pub(super) fn densities(&self) -> &[Aligned] {
+        &self.of_all.density
     }
 
     /// Where the columns from a point to the top along a direction that does not fall are found.
@@ -155,11 +170,9 @@ impl Columns {
         Lookup {
             rows: &t.table[(j * COSINES + i) * n..(j * COSINES + i + 4) * n],
             density: &t.density[(j - 1) * n..(j + 1) * n],
-            cubic: cubic_weights(x - i as f64),
+            cubic: cubic_weights(x - i as f64).map(|w| w as f32),
             length: (s_node - s) as f32,
             mean: mean as f32,
-            fraction: start.clamp(0.0, 1.0) as f32,
-            shell: (below, above),
         }
     }
 
@@ -175,30 +188,14 @@ impl Columns {
     #[inline(always)]
     pub(crate) fn to_top_from(&self, r: f64, s: f64, out: &mut [f32]) {
         let at = self.look_up(r, s);
-        for b in 0..self.count / BLOCK {
-            out[b * BLOCK..(b + 1) * BLOCK].copy_from_slice(&at.block(b).0);
+        for (b, out) in lanes::blocks_mut(out).enumerate() {
+            *out = at.block(b);
         }
-    }
-
-    /// What [`Columns::to_top_from`] looks up, with its optical depth at one wavelength and the extinction coefficient \[m⁻¹\] at
-    /// the point.
-    #[inline(always)]
-    pub(super) fn to_top_at(&self, r: f64, s: f64, lane: usize) -> (Lookup<'_>, f64, f64) {
-        let at = self.look_up(r, s);
-        let (mut tau, mut sigma) = ([0.0f32; BLOCK], [0.0f32; BLOCK]);
-        for (b, &spectrum) in self.spectrum_of(lane).iter().enumerate() {
-            let (columns, density) = at.block(b);
-            for k in 0..BLOCK {
-                tau[k] += spectrum[k] * columns[k];
-                sigma[k] += spectrum[k] * density[k];
-            }
-        }
-        (at, f64::from(sum(tau)), f64::from(sum(sigma)))
     }
 
     /// `s_k` at one wavelength.
     #[inline(always)]
-    fn spectrum_of(&self, lane: usize) -> &[Eight] {
+    pub(super) fn spectrum_of(&self, lane: usize) -> &[Aligned] {
         let n = self.count / BLOCK;
         &self.by_lane[lane * n..(lane + 1) * n]
     }
@@ -212,47 +209,37 @@ impl Columns {
         let node = t.nodes[i + 1];
         let f = ((r - node.below_m) * node.inverse_thickness).clamp(0.0, 1.0) as f32;
         let (below, above) = t.density[i * n..(i + 2) * n].split_at(n);
-        let mut total = [0.0f32; BLOCK];
-        for ((&a, &b), &s) in below.iter().zip(above).zip(self.spectrum_of(lane)) {
-            for k in 0..BLOCK {
-                total[k] += (a[k] + f * (b[k] - a[k])) * s[k];
-            }
+        let mut total = [0.0; BLOCK];
+        for ((a, b), s) in below.iter().zip(above).zip(self.spectrum_of(lane)) {
+            let density = lanes::lerp_block(&a.0, &b.0, f);
+            total = lanes::each(|k| total[k] + density[k] * s.0[k]);
         }
-        f64::from(sum(total))
-    }
-
-    /// Optical depth of columns at one block of wavelengths.
-    #[inline(always)]
-    pub(crate) fn optical_depth_block(&self, columns: &[f32], block: usize) -> Block {
-        let n = self.count;
-        let mut sum = [0.0; lanes::BLOCK];
-        let spectra = &self.spectra[block * n..(block + 1) * n];
-        for (&c, spectrum) in columns[..self.used].iter().zip(spectra) {
-            let Aligned(spectrum) = *spectrum;
-            sum = lanes::each(|i| sum[i] + c * spectrum[i]);
-        }
-        sum
+        f64::from(lanes::tree_sum(total))
     }
 
     /// Optical depth of columns at every wavelength.
     #[inline(always)]
     pub(crate) fn optical_depth(&self, columns: &[f32], tau: &mut [f32]) {
-        for (block, tau) in lanes::blocks_mut(tau).enumerate() {
-            *tau = self.optical_depth_block(columns, block);
+        let n = self.count;
+        let columns = &columns[..self.used];
+        let rows = self.spectra.chunks_exact(n);
+        for (tau, spectra) in lanes::blocks_mut(tau).zip(rows) {
+            let mut sum = [0.0; BLOCK];
+            for (&c, &Aligned(spectrum)) in columns.iter().zip(spectra) {
+                sum = lanes::each(|i| sum[i] + c * spectrum[i]);
+            }
+            *tau = sum;
         }
     }
 
     /// Optical depth of columns at one wavelength.
     #[inline(always)]
     pub(crate) fn optical_depth_at(&self, columns: &[f32], lane: usize) -> f64 {
-        let mut tau = [0.0f32; BLOCK];
-        for (c, &s) in columns.chunks_exact(BLOCK).zip(self.spectrum_of(lane)) {
-            let c = eight(c);
-            for k in 0..BLOCK {
-                tau[k] += c[k] * s[k];
-            }
+        let mut tau = [0.0; BLOCK];
+        for (c, s) in lanes::blocks(columns).zip(self.spectrum_of(lane)) {
+            tau = lanes::each(|k| tau[k] + c[k] * s.0[k]);
         }
-        f64::from(sum(tau))
+        f64::from(lanes::tree_sum(tau))
     }
 }
 
@@ -265,10 +252,10 @@ impl Table {
             count,
             nodes: (0..nodes).map(node).collect(),
             guide: medium.guide().clone(),
-            density: density.chunks_exact(BLOCK).map(eight).collect(),
+            density: lanes::blocks(density).copied().map(Aligned).collect(),
             table: Vec::new(),
         };
-        let mut table = vec![[0.0; BLOCK]; nodes * COSINES * count / BLOCK];
+        let mut table = vec![Aligned([0.0; BLOCK]); nodes * COSINES * count / BLOCK];
         table
             .par_chunks_mut(COSINES * count / BLOCK)
             .enumerate()
@@ -291,74 +278,30 @@ impl Table {
 }
 
 /// A place in the table: four rows to interpolate, and the piece of a shell below them.
-pub(super) struct Lookup<'a> {
+struct Lookup<'a> {
     /// Columns to the top at four directions, shape (4, block of k).
-    rows: &'a [Eight],
+    rows: &'a [Aligned],
     /// Densities at the nodes below and above, shape (2, block of k).
-    density: &'a [Eight],
+    density: &'a [Aligned],
     cubic: [f32; 4],
     /// The way to the node above \[m\], and the mean fraction of the shell on it.
     length: f32,
     mean: f32,
-    /// Fraction of the shell at the point itself.
-    fraction: f32,
-    /// Radii of the shell's nodes \[m\].
-    shell: (f64, f64),
 }
 
 impl Lookup<'_> {
-    /// Whether a radius lies in the same shell.
+    /// One block of the columns to the top.
     #[inline(always)]
-    pub(super) fn holds(&self, r: f64) -> bool {
-        (self.shell.0..=self.shell.1).contains(&r)
-    }
-
-    /// The columns, moved on by `step` \[m\] times the densities at the point.
-    #[inline(always)]
-    pub(super) fn stepped(&self, step: f32, out: &mut [f32]) {
-        for (b, out) in out.chunks_exact_mut(BLOCK).enumerate() {
-            let (columns, density) = self.block(b);
-            for k in 0..BLOCK {
-                out[k] = columns[k] + step * density[k];
-            }
-        }
-    }
-
-    /// One block of the columns to the top, and of the densities at the point.
-    #[inline(always)]
-    fn block(&self, b: usize) -> (Eight, Eight) {
+    fn block(&self, b: usize) -> Block {
         let n = self.density.len() / 2;
-        let (r0, r1) = (self.rows[b], self.rows[n + b]);
-        let (r2, r3) = (self.rows[2 * n + b], self.rows[3 * n + b]);
-        let (below, above) = (self.density[b], self.density[n + b]);
-        let w = self.cubic;
-        let (mut columns, mut density) = ([0.0; BLOCK], [0.0; BLOCK]);
-        for k in 0..BLOCK {
-            let slope = above[k] - below[k];
-            columns[k] = w[0] * r0[k]
-                + w[1] * r1[k]
-                + w[2] * r2[k]
-                + w[3] * r3[k]
-                + self.length * (below[k] + self.mean * slope);
-            density[k] = below[k] + self.fraction * slope;
-        }
-        (columns, density)
+        let row = |i: usize| self.rows[i * n + b].0;
+        let (r0, r1, r2, r3) = (row(0), row(1), row(2), row(3));
+        let shell = lanes::lerp_block(&self.density[b].0, &self.density[n + b].0, self.mean);
+        let (w, length) = (self.cubic, self.length);
+        lanes::each(|k| {
+            w[0] * r0[k] + w[1] * r1[k] + w[2] * r2[k] + w[3] * r3[k] + length * shell[k]
+        })
     }
-}
-
-/// A slice of [`BLOCK`] values as an array.
-#[inline(always)]
-fn eight(values: &[f32]) -> Eight {
-    let mut out = [0.0; BLOCK];
-    out.copy_from_slice(values);
-    out
-}
-
-#[inline(always)]
-fn sum(a: Eight) -> f32 {
-    // As in `lanes::tree_sum`, a stop to the compiler's shuffling.
-    let a = std::hint::black_box(a);
-    ((a[0] + a[4]) + (a[2] + a[6])) + ((a[1] + a[5]) + (a[3] + a[7]))
 }
 
 /// Exact columns from a node upwards to the top in all of the table's directions: shell by shell, with density linear in
@@ -368,7 +311,7 @@ fn sum(a: Eight) -> f32 {
     "x86_64+avx2+fma",
     "aarch64+neon"
 ))]
-fn integrate_to_top(table: &Table, node: usize, rows: &mut [Eight]) {
+fn integrate_to_top(table: &Table, node: usize, rows: &mut [Aligned]) {
     let n = table.count;
     // Distances from the point nearest the planet's centre.
     let mut s: Vec<f64> = (0..COSINES)
@@ -388,8 +331,7 @@ fn integrate_to_top(table: &Table, node: usize, rows: &mut [Eight]) {
         }
         let density: Vec<f64> = table.density[(j - 1) * n / BLOCK..(j + 1) * n / BLOCK]
             .iter()
-            .flatten()
-            .map(|&c| f64::from(c))
+            .flat_map(|row| row.0.map(f64::from))
             .collect();
         let (a, b) = density.split_at(n);
         let ways = length.iter().zip(&mean);
@@ -399,20 +341,20 @@ fn integrate_to_top(table: &Table, node: usize, rows: &mut [Eight]) {
             }
         }
     }
-    for (row, sum) in rows.iter_mut().flatten().zip(sum) {
+    for (row, sum) in rows.iter_mut().flat_map(|row| &mut row.0).zip(sum) {
         *row = sum as f32;
     }
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::super::{Ray, RayColumns, RayGeometry};
     use super::*;
     use crate::math::{Rng, Vec3};
     use crate::optics::Phase;
 
     /// Air, a temperature-dependent ozone layer and two aerosol layers with edges: the shapes that a real sky has.
-    fn medium() -> LayeredMedium {
+    pub fn medium() -> LayeredMedium {
         let altitude_m: Vec<f64> = (0..=250)
             .map(|i| 100_000.0 * (f64::from(i) / 250.0).powf(1.6))
             .collect();

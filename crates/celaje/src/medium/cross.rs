@@ -1,7 +1,7 @@
 //! A matrix as a short sum of columns times rows, found by adaptive cross approximation (Bebendorf 2000,
 //! doi:10.1007/PL00005410).
 
-use super::columns::BLOCK;
+use crate::math::lanes;
 
 /// The cross approximation stops when no coefficient is off by more than this share of the largest at its altitude.
 const TOLERANCE: f64 = 2e-6;
@@ -44,7 +44,7 @@ pub(super) fn cross_approximation(rows: &[f32], lanes: usize) -> (Vec<f32>, Vec<
         }
         terms.push((c, s));
     }
-    let count = terms.len().max(1).div_ceil(BLOCK) * BLOCK;
+    let count = lanes::padded(terms.len().max(1));
     let mut density = vec![0.0; n * count];
     let mut spectra = vec![0.0; count * lanes];
     for (k, (c, s)) in terms.iter().enumerate() {

@@ -211,6 +211,7 @@ impl LayeredMedium {
     }
 
     /// One species' σ_s at a node \[m⁻¹\], one row.
+    #[inline(always)]
     pub(crate) fn species_row(&self, species: usize, node: usize) -> &[f32] {
         &self.species[species][node * self.lanes..(node + 1) * self.lanes]
     }
@@ -237,6 +238,7 @@ impl LayeredMedium {
     }
 
     /// σ_t \[m⁻¹\] at a node, one row.
+    #[inline(always)]
     pub(crate) fn extinction_row(&self, node: usize) -> &[f32] {
         &self.sigma_t[node * self.lanes..(node + 1) * self.lanes]
     }
@@ -244,7 +246,12 @@ impl LayeredMedium {
     /// Node below a radius and how far it is on the way to the next, in [0, 1].
     #[inline(always)]
     pub(crate) fn locate_radius(&self, r: f64) -> (usize, f32) {
-        let i = self.guide.interval(r);
+        self.locate_in_shell(self.guide.interval(r), r)
+    }
+
+    /// The same for a radius whose node below is known.
+    #[inline(always)]
+    pub(crate) fn locate_in_shell(&self, i: usize, r: f64) -> (usize, f32) {
         let (below, above) = (self.radius_m[i], self.radius_m[i + 1]);
         (i, ((r - below) / (above - below)).clamp(0.0, 1.0) as f32)
     }

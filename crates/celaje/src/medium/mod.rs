@@ -4,6 +4,7 @@
 //! one along a ray (an upper bound of the extinction, piece by piece). That is all that unbiased tracking needs, so any
 //! medium that varies in three dimensions can be put in the place of [`LayeredMedium`]: [`GriddedMedium`] is one.
 
+mod abreast;
 mod atmosphere;
 mod columns;
 mod cross;
@@ -13,6 +14,7 @@ mod ray;
 mod ray_columns;
 mod shell;
 
+pub(crate) use abreast::{all, Lookups, Search, RAYS};
 pub use atmosphere::{
     air_scattering, from_atmosphere, gas_absorption, grid_with_edges, GasAbsorption,
 };

@@ -60,13 +60,13 @@ pub(super) fn mean_fraction(
 
 /// Lagrange's cubic through four equidistant values, at `x` from the first; inside, 1 ≤ x ≤ 2.
 #[inline(always)]
-pub(super) fn cubic_weights(x: f64) -> [f32; 4] {
+pub(super) fn cubic_weights(x: f64) -> [f64; 4] {
     let (a, b, c, d) = (x, x - 1.0, x - 2.0, x - 3.0);
     let (ab, cd) = (a * b, c * d);
     [
-        (-1.0 / 6.0 * b * cd) as f32,
-        (0.5 * a * cd) as f32,
-        (-0.5 * ab * d) as f32,
-        (1.0 / 6.0 * ab * c) as f32,
+        -1.0 / 6.0 * b * cd,
+        0.5 * a * cd,
+        -0.5 * ab * d,
+        1.0 / 6.0 * ab * c,
     ]
 }

@@ -276,7 +276,7 @@ impl Table {
                 "sort them and drop repeated ones",
             ));
         }
-        if p.is_empty() || p.len() % t != 0 {
+        if p.is_empty() || !p.len().is_multiple_of(t) {
             return Err(Error::ShapeMismatch {
                 name: "phase table p".into(),
                 got: format!("({},)", p.len()),

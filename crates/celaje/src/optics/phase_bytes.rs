@@ -86,7 +86,7 @@ impl Table {
             && [0, 3 * t * self.lanes].contains(&self.polarisation.len())
             && self.polarisation.iter().all(|p| p.is_finite())
             && !self.cdf.is_empty()
-            && self.cdf.len() % t == 0
+            && self.cdf.len().is_multiple_of(t)
             && lanes::padded(self.cdf.len() / t) == self.lanes
             && self.cdf.chunks_exact(t).all(|c| rising(c, false))
     }

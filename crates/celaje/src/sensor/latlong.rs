@@ -22,7 +22,7 @@ impl LatLong {
     /// [`Error::Invalid`] for another shape or a picture without pixels.
     pub fn new(width: usize, height: usize) -> Result<Self> {
         check_size(width, height)?;
-        if width % 2 != 0 || width / 2 != height {
+        if !width.is_multiple_of(2) || width / 2 != height {
             return Err(Error::invalid(
                 format!("a lat-long picture is twice as wide as high, not {width}x{height}"),
                 "give a size such as 1024x512",

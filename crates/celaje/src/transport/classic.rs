@@ -4,12 +4,12 @@
 //! roulette on the throughput. Slow and short, in f64: the oracle of every other integrator, and the yardstick of the
 //! benchmarks. Nothing is shared between wavelengths but the first ray.
 
-use super::render::{monte_carlo, Control, Estimator, Observer, Sampling};
+use super::render::{monte_carlo, Control, Estimator, Observer, Sampling, Start};
 use super::scene::Scene;
 use super::Integrator;
 use crate::error::Result;
 use crate::film::Film;
-use crate::math::{Rng, Sampler, Vec3};
+use crate::math::{Rng, Vec3};
 use crate::medium::{Medium, Ray, Span};
 use crate::sensor::Sensor;
 
@@ -50,9 +50,11 @@ struct Walkers<'a, M: Medium>(Vec<Walker<'a, M>>);
 impl<M: Medium> Estimator for Walkers<'_, M> {
     const DISC_POINTS: u32 = 4;
 
-    fn add_estimate(&mut self, ray: &Ray, sampler: &mut Sampler, out: &mut [f32]) {
-        for (walker, out) in self.0.iter().zip(out) {
-            *out += walker.radiance(ray, sampler.rng()) as f32;
+    fn add_estimates(&mut self, starts: &mut [Start], out: &mut [f32]) {
+        for Start { ray, sampler } in starts {
+            for (walker, out) in self.0.iter().zip(&mut *out) {
+                *out += walker.radiance(ray, sampler.rng()) as f32;
+            }
         }
     }
 

@@ -1,6 +1,6 @@
 //! Light scattered not at all or once: a line integral along the first ray, by stratified quadrature.
 
-use super::scene::Scene;
+use super::scene::{Scene, SunLight};
 use super::stokes::add_first_order;
 use crate::math::{lanes, Sampler, Vec3};
 use crate::medium::{Columns, LayeredMedium, Medium, Ray, RayColumns};
@@ -53,13 +53,37 @@ pub(super) struct FirstOrder {
     phase: Vec<f32>,
     light: Vec<f32>,
     polarised: Option<Polarised>,
-    /// Direction towards the point of the sun that the present path meets, and the irradiance from it, one row.
-    pub towards_sun: Vec3,
-    pub beam: Vec<f32>,
     /// Species that scatter anywhere.
     pub scatterers: Vec<usize>,
     dark_universe: bool,
     wavelengths: usize,
+}
+
+/// The sunlight that a path meets.
+pub(super) struct Sunbeam {
+    /// Direction towards the point of the sun that it comes from.
+    pub towards: Vec3,
+    /// Irradiance on a plane across it above the air, one row.
+    pub irradiance: Vec<f32>,
+}
+
+impl Sunbeam {
+    /// From the middle of the sun, as if it were the mean of the disc.
+    pub fn middle(sun: &SunLight) -> Self {
+        Self {
+            towards: sun.direction,
+            irradiance: sun.irradiance.clone(),
+        }
+    }
+
+    /// Moves it to another point of the disc, two numbers uniform in [0, 1).
+    #[inline(always)]
+    pub fn draw(&mut self, sun: &SunLight, u: f64, v: f64) {
+        let (towards, mu_squared) = sun.sample(u, v);
+        self.towards = towards;
+        self.irradiance.copy_from_slice(&sun.irradiance);
+        sun.limb(mu_squared, &mut self.irradiance);
+    }
 }
 
 /// How a stretch of ray is walked: `x` in [0, 1] to distance, crowding where the air is densest.
@@ -149,8 +173,6 @@ impl FirstOrder {
             phase: vec![0.0; lanes * medium.phases().len()],
             light: vec![0.0; lanes],
             polarised: None,
-            towards_sun: scene.sun.direction,
-            beam: vec![0.0; lanes],
             scatterers: (0..medium.phases().len()).filter(scatters).collect(),
             dark_universe: scene.background.iter().all(|&l| l == 0.0),
             wavelengths: medium.wavelength_nm().len(),
@@ -177,10 +199,9 @@ impl FirstOrder {
         let w = self.wavelengths;
         self.guess.fill(0.0);
         self.nodes.fill(0.0);
-        let towards = scene.sun.direction;
+        let beam = Sunbeam::middle(&scene.sun);
         if let Some(stretch) = centre.and_then(|ray| Stretch::new(scene.medium, ray)) {
-            self.beam.copy_from_slice(&scene.sun.irradiance);
-            self.evaluate_phases(scene, stretch.ray.direction.dot(towards));
+            self.evaluate_phases(scene, stretch.ray.direction.dot(beam.towards));
             let n = self.light.len();
             for node in 0..=CELLS {
                 let x = node as f64 / CELLS as f64;
@@ -189,7 +210,7 @@ impl FirstOrder {
                 let factor = (derivative * stretch.length_m) as f32;
                 let width = if node == 0 || node == CELLS { 0.5 } else { 1.0 } / CELLS as f32;
                 self.light.fill(0.0);
-                self.scattered_at(scene, columns, rows, &stretch, at_m, towards);
+                self.scattered_at(scene, columns, rows, &stretch, at_m, &beam);
                 for ((c, g), &l) in self.nodes[node * n..(node + 1) * n]
                     .iter_mut()
                     .zip(&mut self.guess)
@@ -201,7 +222,7 @@ impl FirstOrder {
             }
             if stretch.meets_ground {
                 self.light.fill(0.0);
-                self.ground(scene, columns, rows, &stretch, towards);
+                self.ground(scene, columns, rows, &stretch, &beam);
                 for (g, &l) in self.guess.iter_mut().zip(&self.light) {
                     *g += l;
                 }
@@ -249,7 +270,8 @@ impl FirstOrder {
         }
     }
 
-    /// Adds one estimate of the light from outside the air, without the sun's disc, and, if `scattered`, of the light scattered once.
+    /// Adds one estimate of the light from outside the air, without the sun's disc, and, if `scattered`, of the light scattered once;
+    /// leaves in `beam` the sunlight that the path meets.
     #[inline(always)]
     pub fn add(
         &mut self,
@@ -259,10 +281,11 @@ impl FirstOrder {
         ray: &Ray,
         scattered: bool,
         sampler: &mut Sampler,
+        beam: &mut Sunbeam,
         out: &mut [f32],
     ) {
         let place = sampler.uniform();
-        let (towards, mu_squared) = scene.sun.sample(sampler.uniform(), sampler.rng().uniform());
+        beam.draw(&scene.sun, sampler.uniform(), sampler.rng().uniform());
         let Some(stretch) = Stretch::new(scene.medium, ray) else {
             for (o, &b) in out.iter_mut().zip(&scene.background) {
                 *o += b;
@@ -279,23 +302,20 @@ impl FirstOrder {
         if !scattered {
             return;
         }
-        self.towards_sun = towards;
-        self.beam.copy_from_slice(&scene.sun.irradiance);
-        scene.sun.limb(mu_squared, &mut self.beam);
-        self.evaluate_phases(scene, stretch.ray.direction.dot(towards));
+        self.evaluate_phases(scene, stretch.ray.direction.dot(beam.towards));
         let (x, density) = self.draw(place as f32);
         let (share, derivative) = stretch.walk.at(x);
         let factor = (derivative * stretch.length_m) as f32 / density;
         self.light.fill(0.0);
         let distance_m = share * stretch.length_m;
-        self.scattered_at(scene, columns, rows, &stretch, distance_m, towards);
+        self.scattered_at(scene, columns, rows, &stretch, distance_m, beam);
         if let Some(p) = &mut self.polarised {
             lanes::scale(&mut p.light, factor);
-            add_first_order(stretch.ray.direction, towards, &p.light, out);
+            add_first_order(stretch.ray.direction, beam.towards, &p.light, out);
         }
         if stretch.meets_ground {
             lanes::scale(&mut self.light, factor);
-            self.ground(scene, columns, rows, &stretch, towards);
+            self.ground(scene, columns, rows, &stretch, beam);
             for (o, &l) in out.iter_mut().zip(&self.light) {
                 *o += l;
             }
@@ -346,7 +366,7 @@ impl FirstOrder {
         rows: &mut Rows,
         stretch: &Stretch,
         distance_m: f64,
-        towards: Vec3,
+        beam: &Sunbeam,
     ) {
         let medium = scene.medium;
         let at = stretch.ray.at(distance_m);
@@ -356,7 +376,7 @@ impl FirstOrder {
         if !sun_columns(
             columns,
             at,
-            towards,
+            beam.towards,
             &mut rows.sun_columns,
             &mut rows.sun_scratch,
         ) {
@@ -379,7 +399,7 @@ impl FirstOrder {
             }
         }
         if let Some(p) = &mut self.polarised {
-            let sunlight = rows.transmittance.iter().zip(&self.beam);
+            let sunlight = rows.transmittance.iter().zip(&beam.irradiance);
             for (l, (&t, &e)) in p.light.iter_mut().zip(sunlight) {
                 *l *= t * e;
             }
@@ -388,7 +408,7 @@ impl FirstOrder {
             .light
             .iter_mut()
             .zip(&rows.transmittance)
-            .zip(&self.beam)
+            .zip(&beam.irradiance)
         {
             *l *= t * e;
         }
@@ -402,15 +422,15 @@ impl FirstOrder {
         columns: &Columns,
         rows: &mut Rows,
         stretch: &Stretch,
-        towards: Vec3,
+        beam: &Sunbeam,
     ) {
         let at = stretch.ray.at(stretch.length_m);
-        let cosine = at.normalized().dot(towards);
+        let cosine = at.normalized().dot(beam.towards);
         if cosine <= 0.0
             || !sun_columns(
                 columns,
                 at,
-                towards,
+                beam.towards,
                 &mut rows.sun_columns,
                 &mut rows.sun_scratch,
             )
@@ -424,7 +444,11 @@ impl FirstOrder {
         columns.optical_depth(&rows.columns, &mut rows.tau);
         lanes::exp_neg(&rows.tau, &mut rows.transmittance);
         let factor = (cosine / std::f64::consts::PI) as f32;
-        let lit = rows.transmittance.iter().zip(&self.beam).zip(&scene.albedo);
+        let lit = rows
+            .transmittance
+            .iter()
+            .zip(&beam.irradiance)
+            .zip(&scene.albedo);
         for (l, ((&t, &e), &a)) in self.light.iter_mut().zip(lit) {
             *l += factor * t * e * a;
         }

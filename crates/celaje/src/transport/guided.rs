@@ -5,11 +5,11 @@
 
 use super::first_order::Walk;
 use super::guide::{bands, Bands, Guide, Place, BANDS, BINS};
+use super::traveller::Traveller;
 use super::walker::Walker;
-use super::way::{Draws, Leg, Way};
+use super::way::Way;
 use crate::math::lanes::{self, each, Block, BLOCK};
-use crate::math::{Sampler, Vec3};
-use crate::medium::RayColumns;
+use crate::math::Vec3;
 
 /// Share of the distances that ignore the solution.
 const BLIND: f32 = 0.3;
@@ -88,98 +88,82 @@ fn bands_min(tau: &[Block; BANDS], k: usize) -> f32 {
         .fold(f32::INFINITY, |least, tau| least.min(tau[k]))
 }
 
+/// What a path carries in each of the guide's bands.
+#[inline(always)]
+fn in_bands(t: &Traveller, guide: &Guide) -> Bands {
+    bands(|b| t.weight[guide.lanes[b]..guide.lanes[b + 1]].iter().sum())
+}
+
 impl Walker<'_> {
-    /// As [`Walker::collide`], led by a guide.
+    /// As [`Walker::collide`] of one path, led by a guide. `false` where it ends.
     #[inline(always)]
-    pub(super) fn collide_guided(
-        &mut self,
-        guide: &Guide,
-        leg: &Leg,
-        order: u32,
-        sampler: &mut Sampler,
-        memory: &mut (Vec<f32>, Vec<f32>),
-    ) -> Option<Leg> {
-        let u = Draws::new(sampler);
+    pub(super) fn collide_guided(&mut self, guide: &Guide, t: &mut Traveller) -> bool {
+        t.ahead.u.draw(&mut t.sampler);
         let medium = self.scene.medium;
-        let way = Way::new(leg, medium)?;
+        let Some(way) = Way::new(&t.leg, medium) else {
+            return false;
+        };
+        t.ahead.way = way;
         let walk = Walk::new(way.geometry.tangent_m(), way.length_m, way.meets_ground);
-        let carried = self.in_bands(guide);
-        let cells = self.weigh(guide, leg, &way, walk, &carried, order == 1)?;
-        if order == 1 {
-            self.first_mass = cells.importance;
+        let Some(cells) = self.weigh(guide, t, walk) else {
+            return false;
+        };
+        if t.order == 1 {
+            t.first_mass = cells.importance;
         }
-        let share = cells.importance / (ROULETTE_BELOW * self.first_mass);
+        let share = cells.importance / (ROULETTE_BELOW * t.first_mass);
         let survival = share.clamp(LEAST_SURVIVAL, 1.0);
-        let survives = (u.roulette as f32) < survival;
+        let survives = (t.ahead.u.roulette as f32) < survival;
         if !survives {
-            return None;
+            return false;
         }
-        let along = RayColumns::along(self.columns, way.geometry, &mut memory.0, &mut memory.1);
-        let target = u.way as f32;
+        t.ahead.survey(self.columns);
+        let along = t.ahead.along(self.columns);
+        let target = t.ahead.u.way as f32;
         if target < cells.on_ground {
-            along.to(way.length_m, &mut self.rows.columns);
-            self.look_ahead(order, true);
+            along.to(way.length_m, &mut t.columns);
+            self.look_ahead(t);
             let scale = 1.0 / (cells.on_ground * survival);
-            if order > 1 {
-                self.find_sun_on_ground(leg, &way, scale);
+            if t.order > 1 {
+                self.find_sun_on_ground(t, scale);
             }
-            return self.meet_ground(leg, &way, scale, &u);
+            return self.meet_ground(t, scale);
         }
         let (x, density) = draw(&cells, target - cells.on_ground);
         let (share, derivative) = walk.at(x);
         let distance_m = share * way.length_m;
-        along.to(distance_m, &mut self.rows.columns);
-        let radius_m = way.geometry.radius_at(distance_m);
-        let at = leg.at + leg.direction * distance_m;
-        let place = medium.locate_radius(radius_m);
-        self.arrive(place);
-        let scale = (derivative * way.length_m) as f32 / (density * survival);
-        let usable = scale > 0.0 && scale.is_finite() && self.weights.total > 0.0;
-        if !usable {
-            return None;
+        along.to(distance_m, &mut t.columns);
+        t.leg.move_to(&way, distance_m);
+        t.leg.place = medium.locate_radius(t.leg.radius_m);
+        self.arrive(t);
+        t.ahead.scale = (derivative * way.length_m) as f32 / (density * survival);
+        if !self.can_scatter(t) {
+            return false;
         }
-        if order > 1 {
-            self.find_sun(at, radius_m, leg.direction, scale);
+        if t.order > 1 {
+            t.look_at_sun(self.columns);
+            if t.sees_sun {
+                self.find_sun(t);
+            }
         }
-        let up = at * (1.0 / radius_m);
+        let up = t.leg.at * (1.0 / t.leg.radius_m);
         let sun = self.scene.sun.direction;
-        let node = guide.place(radius_m, up.dot(sun));
+        let node = guide.place(t.leg.radius_m, up.dot(sun));
         let sigma_s = guide.know(node).sigma_s;
-        let arrived = self.in_bands(guide);
+        let arrived = in_bands(t, guide);
         let scattered = bands(|b| arrived[b] * sigma_s[b]);
-        let lead = Lead::new(guide, node, u.wavelength as f32, &scattered, up, sun);
+        let asked = t.ahead.u.wavelength as f32;
+        let lead = Lead::new(guide, node, asked, &scattered, up, sun);
         let lead = (lead.total > 0.0 && lead.total.is_finite()).then_some((guide, &lead));
-        let direction = self.scatter(at, radius_m, leg.direction, scale, u.turn, lead);
-        Some(Leg {
-            at,
-            radius_m,
-            place,
-            direction,
-        })
-    }
-
-    /// What the path carries in each of the guide's bands.
-    #[inline(always)]
-    fn in_bands(&self, guide: &Guide) -> Bands {
-        bands(|b| {
-            self.weights.weight[guide.lanes[b]..guide.lanes[b + 1]]
-                .iter()
-                .sum()
-        })
+        self.scatter(t, lead);
+        true
     }
 
     /// How likely each cell of a way is to be chosen: by the light it scatters into the path, and a share by what it
     /// scatters at all. `None` if nothing does.
     #[inline(always)]
-    fn weigh(
-        &self,
-        guide: &Guide,
-        leg: &Leg,
-        way: &Way,
-        walk: Walk,
-        carried: &Bands,
-        first: bool,
-    ) -> Option<Cells> {
+    fn weigh(&self, guide: &Guide, t: &Traveller, walk: Walk) -> Option<Cells> {
+        let (leg, way, first) = (&t.leg, &t.ahead.way, t.order == 1);
         let sun = self.scene.sun.direction;
         let (from, slope) = (leg.at.dot(sun), leg.direction.dot(sun));
         let mut tau = [[0.0f32; BLOCK]; BANDS];
@@ -209,7 +193,7 @@ impl Walker<'_> {
             (start, before) = (end, after);
         }
         let (mut led, mut blind) = ([0.0; BLOCK], [0.0; BLOCK]);
-        let mut through = *carried;
+        let mut through = in_bands(t, guide);
         for b in 0..BANDS {
             let lost = each(|i| lanes::exp_and_loss(tau[b][i]).1);
             let mut scattered = [0.0; BLOCK];

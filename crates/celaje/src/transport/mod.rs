@@ -23,6 +23,8 @@ mod shells;
 mod stokes;
 mod tracker;
 mod tracking;
+mod traveller;
+mod vertex;
 mod walker;
 mod way;
 mod weights;

@@ -17,14 +17,14 @@ use multiversion::multiversion;
 
 use super::guide::Guide;
 use super::present::Peak;
-use super::render::{monte_carlo, Control, Estimator, Observer, Sampling};
+use super::render::{monte_carlo, Control, Estimator, Observer, Sampling, Start};
 use super::scene::Scene;
 use super::stokes::COMPONENTS;
 use super::walker::{Walker, GUIDED_BELOW};
 use super::Integrator;
 use crate::error::Result;
 use crate::film::Film;
-use crate::math::{Rng, Sampler};
+use crate::math::Rng;
 use crate::medium::{Columns, LayeredMedium, Medium, Ray};
 use crate::sensor::Sensor;
 
@@ -143,8 +143,8 @@ impl Estimator for Walker<'_> {
 
     const DISC_POINTS: u32 = DISC_POINTS;
 
-    fn add_estimate(&mut self, ray: &Ray, sampler: &mut Sampler, out: &mut [f32]) {
-        add_estimate(self, ray, sampler, out);
+    fn add_estimates(&mut self, starts: &mut [Start], out: &mut [f32]) {
+        add_estimates(self, starts, out);
     }
 
     fn add_disc(
@@ -171,8 +171,8 @@ impl Estimator for StokesWalker<'_> {
 
     const DISC_POINTS: u32 = DISC_POINTS;
 
-    fn add_estimate(&mut self, ray: &Ray, sampler: &mut Sampler, out: &mut [f32]) {
-        add_estimate(&mut self.0, ray, sampler, out);
+    fn add_estimates(&mut self, starts: &mut [Start], out: &mut [f32]) {
+        add_estimates(&mut self.0, starts, out);
     }
 
     /// Sunlight is unpolarised, and the air does not change that on a straight way.
@@ -194,8 +194,8 @@ impl Estimator for StokesWalker<'_> {
     "x86_64+avx2+fma",
     "aarch64+neon"
 ))]
-fn add_estimate<'a>(walker: &mut Walker<'a>, ray: &Ray, sampler: &mut Sampler, out: &mut [f32]) {
-    walker.walk(ray, sampler, out);
+fn add_estimates<'a>(walker: &mut Walker<'a>, starts: &mut [Start], out: &mut [f32]) {
+    walker.walk(starts, out);
 }
 
 #[multiversion(targets(

@@ -42,8 +42,9 @@ pub struct Control<'a> {
     pub progress: &'a (dyn Fn(u64, u64) + Sync),
 }
 
-/// Paths between two looks at the cancel flag: below 50 ms even for long twilight paths.
-const CANCEL_STRIDE: u32 = 64;
+/// Paths that are handed to an estimator together, and between two looks at the cancel flag: below 50 ms even for long twilight
+/// paths.
+const BATCH: u32 = 256;
 
 /// Sets the random numbers of the sun's disc apart from those of the paths.
 const DISC_STREAM: u64 = 0x5d15_c0ff_5ee0_f1a6;
@@ -88,6 +89,12 @@ fn ray_through(
     (None, MOST_TRIES)
 }
 
+/// Where a path begins: its ray, and where it takes its numbers from.
+pub(crate) struct Start {
+    pub ray: Ray,
+    pub sampler: Sampler,
+}
+
 /// One unbiased estimate of the light along a ray after another.
 pub(crate) trait Estimator {
     /// Called once before a pixel's estimates, with the ray through its centre if that sees anything.
@@ -99,9 +106,9 @@ pub(crate) trait Estimator {
     /// Points of the sun's disc that are looked at for every path through a pixel that shows it.
     const DISC_POINTS: u32;
 
-    /// Adds one estimate of the spectral radiance along a ray, without the sun's disc behind the air, to a row for each
+    /// Adds one estimate of the spectral radiance along each ray, without the sun's disc behind the air, to a row for each
     /// component, one after the other.
-    fn add_estimate(&mut self, ray: &Ray, sampler: &mut Sampler, out: &mut [f32]);
+    fn add_estimates(&mut self, starts: &mut [Start], out: &mut [f32]);
 
     /// Adds `factor` times one estimate of the radiance of the sun's disc, behind the air, to the first row.
     ///
@@ -160,16 +167,15 @@ pub(crate) fn monte_carlo<M: Medium, E: Estimator>(
         .try_for_each_init(
             || {
                 let statistics = PixelStatistics::new(E::COMPONENTS * medium.lanes());
-                (worker(), statistics, DiscRegion::default())
+                (worker(), statistics, DiscRegion::default(), Vec::new())
             },
-            |(estimator, statistics, disc), (pixel, out)| {
+            |(estimator, statistics, disc, starts), (pixel, out)| {
                 let (row, column) = (pixel / width, pixel % width);
                 let direction = |u, v| sensor.direction(column, row, u, v);
                 let towards = |direction| Ray { origin, direction };
                 let look = |u, v| direction(u, v).map(towards);
                 let mut rng = Rng::new(budget.seed, sensor.stream(pixel));
                 let scramble = rng.bits();
-                let mut sampler = Sampler::random(rng);
                 statistics.clear();
                 estimator.prepare(look(0.5, 0.5).as_ref());
                 let replicates = if sees_anything(look) { replicates } else { 0 };
@@ -180,19 +186,21 @@ pub(crate) fn monte_carlo<M: Medium, E: Estimator>(
                 let mut disc_rng = Rng::new(budget.seed ^ DISC_STREAM, sensor.stream(pixel));
                 for replicate in 0..replicates {
                     let (mut seen, mut tried) = (0, 0);
-                    for index in 0..length {
-                        if index % CANCEL_STRIDE == 0 && control.cancel.load(Ordering::Relaxed) {
+                    for first in (0..length).step_by(BATCH as usize) {
+                        if control.cancel.load(Ordering::Relaxed) {
                             return Err(Error::Interrupted);
                         }
-                        if sampling == Sampling::Replicated {
-                            sampler.start(Some((scramble.wrapping_add(replicate), index)));
+                        starts.clear();
+                        for index in first..length.min(first + BATCH) {
+                            let point = (scramble.wrapping_add(replicate), index);
+                            let point = (sampling == Sampling::Replicated).then_some(point);
+                            let mut sampler = Sampler::new(rng.fork(), point);
+                            let (ray, tries) = ray_through(look, &mut sampler);
+                            tried += tries;
+                            starts.extend(ray.map(|ray| Start { ray, sampler }));
                         }
-                        let (ray, tries) = ray_through(look, &mut sampler);
-                        tried += tries;
-                        if let Some(ray) = ray {
-                            estimator.add_estimate(&ray, &mut sampler, &mut statistics.estimate);
-                            seen += 1;
-                        }
+                        estimator.add_estimates(starts, &mut statistics.estimate);
+                        seen += starts.len() as u32;
                     }
                     if !disc.is_empty() && observer.sun_disc {
                         // Tries per path are, on average, the inverse of the part of the pixel that is seen, and that is what

@@ -7,14 +7,14 @@
 
 use multiversion::multiversion;
 
-use super::render::{monte_carlo, Control, Estimator, Observer, Sampling};
+use super::render::{monte_carlo, Control, Estimator, Observer, Sampling, Start};
 use super::scene::Scene;
 use super::tracking::{tentative_collisions, transmittance};
 use super::weights::Weights;
 use super::Integrator;
 use crate::error::Result;
 use crate::film::Film;
-use crate::math::{lanes, Rng, Sampler, Vec3};
+use crate::math::{lanes, Rng, Vec3};
 use crate::medium::{Medium, Ray, Span};
 use crate::sensor::Sensor;
 
@@ -73,8 +73,10 @@ struct Walker<'a, M: Medium> {
 impl<M: Medium> Estimator for Walker<'_, M> {
     const DISC_POINTS: u32 = 4;
 
-    fn add_estimate(&mut self, ray: &Ray, sampler: &mut Sampler, out: &mut [f32]) {
-        add_estimate(self, ray, sampler.rng(), out);
+    fn add_estimates(&mut self, starts: &mut [Start], out: &mut [f32]) {
+        for Start { ray, sampler } in starts {
+            add_estimate(self, ray, sampler.rng(), out);
+        }
     }
 
     fn add_disc(

@@ -1,31 +1,30 @@
-//! What `path` does on one path: the walk from vertex to vertex.
+//! What `path` does: it takes paths from vertex to vertex, several side by side.
+//!
+//! What one path does next waits for what it did before: a lookup for the distance, the distance for a random choice. While it waits
+//! the processor works on the next path, if that does the same thing. So paths walk together, and each thing is done for all of
+//! them before the next one (`docs/decisions/0018-paths-side-by-side.md`). They share nothing but memory: each comes out as
+//! it would alone.
 
-use super::first_order::{columns_to_sun, FirstOrder, Rows};
+use super::first_order::{FirstOrder, Rows};
 use super::guide::Guide;
-use super::guided::Lead;
-use super::present::{Peak, Present};
+use super::present::Peak;
+use super::render::Start;
 use super::scene::Scene;
 use super::stokes::Stokes;
-use super::way::{Draws, Leg, Way};
+use super::traveller::Traveller;
+use super::way::{Leg, Way};
 use super::weights::Weights;
-use crate::math::lanes::{self, blocks, blocks_mut, each, Block, BLOCK};
-use crate::math::{Sampler, Vec3};
-use crate::medium::{Columns, LayeredMedium, Medium, Ray, RayColumns};
+use crate::math::lanes::{self, Block, BLOCK};
+use crate::medium::{all, Columns, LayeredMedium, Lookups, Medium, Ray, Search, RAYS};
+
+/// Paths that walk side by side.
+const PATHS: usize = RAYS;
 
 /// Sine of the sun's elevation where a pixel looks below which a guide leads its paths.
 pub(super) const GUIDED_BELOW: f64 = 0.035;
 
 /// Share of what the first collision could scatter, below which Russian roulette begins; the best of several measured.
 const ROULETTE_BELOW: f32 = 0.1;
-
-/// Share of the scattered directions that are drawn about the sun, times the sine of the sun's elevation there, and the largest: the
-/// lower the sun, the longer its way through haze, and the more of the light comes from about it. Measured: 0.05 are best under a sun
-/// 60° high, 0.1 at 30°, 0.25 at 5° and below.
-const ABOUT_SUN: f64 = 0.05;
-const MOST_ABOUT_SUN: f64 = 0.25;
-
-/// How far below a vertex's horizon directions are still drawn about the sun, as sine of an angle.
-const SUN_IN_REACH: f64 = 0.02;
 
 /// A path that has scattered this often is let go on by roulette alone; it only guards against endless loops in a medium
 /// that absorbs nothing over a white ground.
@@ -35,33 +34,33 @@ const MAX_VERTICES: u32 = 10_000;
 pub(super) struct Walker<'a> {
     pub scene: &'a Scene<'a, LayeredMedium>,
     pub columns: &'a Columns,
-    guide: Option<&'a Guide>,
+    pub guide: Option<&'a Guide>,
     /// Whether it leads the paths of the present pixel.
-    led: bool,
-    max_order: u32,
-    first: FirstOrder,
-    pub weights: Weights,
+    pub led: bool,
+    pub max_order: u32,
+    pub first: FirstOrder,
+    /// What paths carry at their start.
+    pub start_weight: Vec<f32>,
     pub rows: Rows,
-    /// What the first collision could scatter, in all wavelengths.
-    pub first_mass: f32,
-    /// Probabilities of the wavelengths to place the next collision.
-    lost: Vec<f32>,
-    /// Their sums over blocks.
-    lost_sums: Block,
     /// Phase functions of the species in a direction, shape (species, lanes).
-    phase: Vec<f32>,
+    pub phase: Vec<f32>,
     /// Whether light comes from outside.
-    background: bool,
+    pub background: bool,
     /// The peak about the sun from which a share of the directions is drawn.
-    peak: Option<&'a Peak>,
-    /// How much more sunlight than elsewhere may be found on the present leg, for its direction is close to the sun's.
-    gain: f32,
-    /// Columns at the start and at the lowest point of the way under work.
-    memory: (Vec<f32>, Vec<f32>),
-    /// What the path finds, still in units of `first.guess`.
-    found: Vec<f32>,
-    /// What becomes of polarisation, if anyone wants to know.
-    stokes: Option<Stokes>,
+    pub peak: Option<&'a Peak>,
+    /// The weights of the path at hand, split by species at a collision.
+    pub weights: Weights,
+    /// What each wavelength loses in the air on the way at hand, and the sums over blocks.
+    pub lost: Vec<f32>,
+    pub lost_sums: Block,
+    /// What reaches the end of that way and comes back, from the ground or the universe.
+    pub reached: Vec<f32>,
+    /// Light on its way to the result, and `Σ split · F11` of it, one row each.
+    pub light: Vec<f32>,
+    pub mixed: Vec<f32>,
+    /// Optical depths under work, one row.
+    pub tau: Vec<f32>,
+    pub travellers: Vec<Traveller>,
 }
 
 impl<'a> Walker<'a> {
@@ -79,26 +78,29 @@ impl<'a> Walker<'a> {
             columns,
             guide,
             led: false,
-            max_order: max_order.unwrap_or(u32::MAX),
+            max_order: max_order.unwrap_or(u32::MAX).min(MAX_VERTICES),
             first: FirstOrder::new(scene),
-            weights: Weights::new(medium),
+            start_weight: vec![0.0; lanes],
             rows: Rows::new(lanes, columns.count()),
-            first_mass: 0.0,
-            lost: vec![0.0; lanes],
-            lost_sums: [0.0; BLOCK],
             phase: vec![0.0; lanes * species],
             background: scene.background.iter().any(|&l| l > 0.0),
             peak,
-            gain: 1.0,
-            memory: (vec![0.0; columns.count()], vec![0.0; columns.count()]),
-            found: vec![0.0; lanes],
-            stokes: None,
+            weights: Weights::new(medium),
+            lost: vec![0.0; lanes],
+            lost_sums: [0.0; BLOCK],
+            reached: vec![0.0; lanes],
+            light: vec![0.0; lanes],
+            mixed: vec![0.0; lanes],
+            tau: vec![0.0; lanes],
+            travellers: (0..PATHS).map(|_| Traveller::new(scene, columns)).collect(),
         }
     }
 
     /// The same, with polarisation; `all` for Q, U and V beside the radiance.
     pub fn polarised(mut self, all: bool) -> Self {
-        self.stokes = Some(Stokes::new(self.scene.medium, all));
+        for t in &mut self.travellers {
+            t.stokes = Some(Stokes::new(self.scene.medium, all));
+        }
         if all {
             self.first.polarise();
         }
@@ -108,6 +110,13 @@ impl<'a> Walker<'a> {
     /// Gets ready for a pixel, by the ray through its centre.
     #[inline(always)]
     pub fn prepare(&mut self, centre: Option<&Ray>) {
+        self.guess(centre);
+        self.set_weights();
+    }
+
+    /// Guesses the pixel's spectrum, and whether a guide leads its paths.
+    #[inline(always)]
+    fn guess(&mut self, centre: Option<&Ray>) {
         let medium = self.scene.medium;
         self.first
             .prepare(self.scene, self.columns, &mut self.rows, centre);
@@ -130,6 +139,15 @@ impl<'a> Walker<'a> {
         }
     }
 
+    /// What paths of this pixel carry at their start: one over the guess, so that errors count relative to it.
+    #[inline(always)]
+    fn set_weights(&mut self) {
+        let w = self.scene.medium.wavelength_nm().len();
+        for (weight, &guess) in self.start_weight[..w].iter_mut().zip(&self.first.guess) {
+            *weight = 1.0 / guess;
+        }
+    }
+
     /// Adds `factor` times the radiance of the sun's disc along a ray that meets it.
     #[inline(always)]
     pub fn add_disc(&mut self, ray: &Ray, mu_squared: f64, factor: f32, out: &mut [f32]) {
@@ -138,10 +156,49 @@ impl<'a> Walker<'a> {
             .add_disc(scene, self.columns, rows, ray, (mu_squared, factor), out);
     }
 
-    /// Adds one unbiased estimate of the radiance arriving along a ray, at every wavelength.
+    /// Adds one unbiased estimate of the radiance arriving along each ray, at every wavelength.
     #[inline(always)]
-    pub fn walk(&mut self, ray: &Ray, sampler: &mut Sampler, out: &mut [f32]) {
-        // Light that was not scattered, and light scattered once.
+    pub fn walk(&mut self, starts: &mut [Start], out: &mut [f32]) {
+        let mut travellers = std::mem::take(&mut self.travellers);
+        let mut waiting = starts.iter_mut();
+        loop {
+            let mut anyone = false;
+            for t in &mut travellers {
+                while !t.walking {
+                    let Some(start) = waiting.next() else {
+                        break;
+                    };
+                    self.set_out(t, start, out);
+                }
+                anyone |= t.walking;
+            }
+            if !anyone {
+                break;
+            }
+            match self.guide {
+                Some(guide) if self.led => {
+                    for t in travellers.iter_mut().filter(|t| t.walking) {
+                        t.walking = self.collide_guided(guide, t);
+                    }
+                }
+                _ => self.collide(&mut travellers),
+            }
+            for t in travellers.iter_mut().filter(|t| t.order > 0) {
+                t.order += 1;
+                t.walking &= t.order <= self.max_order;
+                if !t.walking {
+                    self.bring_home(t, out);
+                }
+            }
+        }
+        self.travellers = travellers;
+    }
+
+    /// Adds what is found along the first ray itself, light that was not scattered or once, and sends a path along it for the rest,
+    /// unless it sees no air.
+    #[inline(always)]
+    fn set_out(&mut self, t: &mut Traveller, start: &mut Start, out: &mut [f32]) {
+        let Start { ray, sampler } = start;
         self.first.add(
             self.scene,
             self.columns,
@@ -149,12 +206,12 @@ impl<'a> Walker<'a> {
             ray,
             self.max_order >= 1,
             sampler,
+            &mut t.beam,
             out,
         );
         if self.max_order < 2 {
             return;
         }
-        // All later orders.
         let medium = self.scene.medium;
         let Some((span, _)) = ray.through_air(medium.ground_radius_m(), medium.top_radius_m())
         else {
@@ -162,419 +219,288 @@ impl<'a> Walker<'a> {
         };
         let at = ray.at(span.start_m);
         let radius_m = at.length();
-        let mut leg = Leg {
+        t.leg = Leg {
             at,
             radius_m,
             place: medium.locate_radius(radius_m),
             direction: ray.direction,
         };
-        let w = medium.wavelength_nm().len();
-        for (weight, &guess) in self.weights.weight[..w].iter_mut().zip(&self.first.guess) {
-            *weight = 1.0 / guess;
-        }
-        self.first_mass = 0.0;
-        self.gain = 1.0;
-        self.found.fill(0.0);
-        if let Some(stokes) = &mut self.stokes {
+        t.weight.copy_from_slice(&self.start_weight);
+        t.first_mass = 0.0;
+        t.gain = 1.0;
+        t.found.fill(0.0);
+        if let Some(stokes) = &mut t.stokes {
             stokes.start(ray.direction);
         }
-        let mut memory = std::mem::take(&mut self.memory);
-        for order in 1..=self.max_order.min(MAX_VERTICES) {
-            let next = match self.guide {
-                Some(guide) if self.led => {
-                    self.collide_guided(guide, &leg, order, sampler, &mut memory)
-                }
-                _ => self.collide(&leg, order, sampler, &mut memory),
-            };
-            match next {
-                Some(next) if order < self.max_order => leg = next,
-                _ => break,
-            }
-        }
-        self.memory = memory;
-        for ((o, &f), &guess) in out.iter_mut().zip(&self.found).zip(&self.first.guess) {
+        t.sampler = sampler.clone();
+        t.order = 1;
+        t.walking = true;
+    }
+
+    /// Adds what a path has found to the result.
+    #[inline(always)]
+    fn bring_home(&self, t: &mut Traveller, out: &mut [f32]) {
+        for ((o, &f), &guess) in out.iter_mut().zip(&t.found).zip(&self.first.guess) {
             *o += f * guess;
         }
-        if let Some(stokes) = &self.stokes {
+        if let Some(stokes) = &t.stokes {
             stokes.add_found(&self.first.guess, out);
+        }
+        t.order = 0;
+    }
+
+    /// Forces the next collision of every path, in the air or with the ground; finds the sun there, unless it is the first vertex,
+    /// whose sun the line integral has found; and leaves in a new direction.
+    ///
+    /// Paths end where roulette says so, or there is nothing to meet.
+    #[inline(always)]
+    fn collide(&mut self, travellers: &mut [Traveller]) {
+        self.survey(travellers);
+        for t in travellers.iter_mut().filter(|t| t.walking) {
+            t.walking = self.decide(t);
+        }
+        self.find_collisions(travellers);
+        self.look_at_sun_from_all(travellers);
+        for t in travellers
+            .iter_mut()
+            .filter(|t| t.walking && t.ahead.collides)
+        {
+            t.walking = self.pass_collision(t);
         }
     }
 
-    /// Forces the next collision, in the air or with the ground; finds the sun there, unless it is the first vertex,
-    /// whose sun the line integral has found; and leaves in a new direction.
-    ///
-    /// `None` when roulette ends the path, or there is nothing to meet. `memory` is that of [`RayColumns`].
+    /// Takes a path through the collision that it stands at.
     #[inline(always)]
-    fn collide(
-        &mut self,
-        leg: &Leg,
-        order: u32,
-        sampler: &mut Sampler,
-        memory: &mut (Vec<f32>, Vec<f32>),
-    ) -> Option<Leg> {
-        let u = Draws::new(sampler);
-        let way = Way::new(leg, self.scene.medium)?;
-        let along = RayColumns::along(self.columns, way.geometry, &mut memory.0, &mut memory.1);
-        if way.meets_ground {
-            along.to(way.length_m, &mut self.rows.columns);
-        } else {
-            along.to_space(&mut self.rows.columns);
+    fn pass_collision(&mut self, t: &mut Traveller) -> bool {
+        // Mean density of collisions here over all wavelengths: Σ w σ_t T / mass.
+        t.ahead.scale /= self.arrive(t);
+        if !self.can_scatter(t) {
+            return false;
         }
-        let in_air = self.look_ahead(order, way.meets_ground);
+        if t.order > 1 && t.sees_sun {
+            self.find_sun(t);
+        }
+        self.scatter(t, None);
+        true
+    }
+
+    /// Looks where paths lead, and up columns to the ends of their ways. Those that lead to nothing end.
+    #[inline(always)]
+    fn survey(&self, travellers: &mut [Traveller]) {
+        let columns = self.columns;
+        let (mut r, mut s) = ([columns.ground_m(); RAYS], [0.0; RAYS]);
+        for (k, t) in travellers.iter_mut().enumerate() {
+            if t.walking {
+                t.ahead.u.draw(&mut t.sampler);
+                let way = Way::new(&t.leg, self.scene.medium);
+                t.walking = way.is_some();
+                t.ahead.way = way.unwrap_or_default();
+                (r[k], s[k]) = (t.leg.radius_m, t.ahead.way.geometry.tangent_m().abs());
+            }
+        }
+        let start = Lookups::new(columns, &r, &s);
+        for (k, t) in travellers.iter_mut().enumerate() {
+            if t.walking {
+                start.columns(columns, k, &mut t.ahead.start);
+                (r[k], s[k]) = t.ahead.end(columns.ground_m());
+            }
+        }
+        let end = Lookups::new(columns, &r, &s);
+        for (k, t) in travellers.iter_mut().enumerate() {
+            if t.walking {
+                end.columns(columns, k, &mut t.columns);
+                t.ahead.complete(columns, &mut t.columns);
+            }
+        }
+    }
+
+    /// Decides whether a path goes on and whether it collides with the air or the ground, and deals with the latter.
+    #[inline(always)]
+    fn decide(&mut self, t: &mut Traveller) -> bool {
+        let (u, way) = (t.ahead.u, t.ahead.way);
+        let in_air = self.look_ahead(t);
         let on_ground = if way.meets_ground {
-            lanes::sum(&self.rows.transmittance)
+            lanes::sum(&self.reached)
         } else {
             0.0
         };
         let mass = in_air + on_ground;
-        if order == 1 {
-            self.first_mass = mass;
+        if t.order == 1 {
+            t.first_mass = mass;
         }
-        let survival = mass * self.gain / (ROULETTE_BELOW * self.first_mass);
+        let survival = mass * t.gain / (ROULETTE_BELOW * t.first_mass);
         // Asked this way round, a weight that is not a number ends the path too; so do the checks below.
         let survives = survival > 0.0 && (u.roulette as f32) < survival;
         if !survives {
-            return None;
+            return false;
         }
         let survival = survival.min(1.0);
         // What the sun sends by way of the ground is found whichever way the path goes on: by day that halves the variance.
-        if way.meets_ground && order > 1 {
-            self.find_sun_on_ground(leg, &way, 1.0 / survival);
+        if way.meets_ground && t.order > 1 {
+            self.find_sun_on_ground(t, 1.0 / survival);
         }
         let mass = mass / survival;
         // Far collisions and the ground behind them lie side by side in the range of one number.
         let before_ground = f64::from(in_air / (in_air + on_ground));
-        if u.way >= before_ground {
-            return self.meet_ground(leg, &way, mass / on_ground, &u);
+        t.ahead.collides = u.way < before_ground;
+        if !t.ahead.collides {
+            return self.meet_ground(t, mass / on_ground);
         }
-
         // One wavelength places the collision.
-        let lane = lanes::pick_by(&self.lost, &self.lost_sums, u.wavelength as f32 * in_air);
-        let tau_end = self.columns.optical_depth_at(&self.rows.columns, lane);
+        let (lost, sums) = (&self.lost, &self.lost_sums);
+        let lane = lanes::pick_by(lost, sums, u.wavelength as f32 * in_air);
+        let tau_end = self.columns.optical_depth_at(&t.columns, lane);
         let (_, loss) = lanes::exp_and_loss(tau_end as f32);
-        let wanted = -(-u.way / before_ground * f64::from(loss)).ln_1p();
+        t.ahead.lane = lane;
+        t.ahead.lost = u.way / before_ground * f64::from(loss);
+        t.ahead.scale = mass;
+        true
+    }
+
+    /// Finds where paths collide, and moves them there.
+    #[inline(always)]
+    fn find_collisions(&self, travellers: &mut [Traveller]) {
         let medium = self.scene.medium;
-        let sigma = medium.extinction_at(lane, leg.place);
-        let distance_m = along.invert(lane, sigma, wanted, way.length_m, &mut self.rows.columns);
-        let radius_m = way.geometry.radius_at(distance_m);
-        let place = medium.locate_radius(radius_m);
-        let at = leg.at + leg.direction * distance_m;
-        // Mean density of collisions here over all wavelengths: Σ w σ_t T / mass.
-        let density = self.arrive(place);
-        let scale = mass / density;
-        let usable = scale > 0.0 && scale.is_finite() && self.weights.total > 0.0;
-        if !usable {
-            return None;
-        }
-        if order > 1 {
-            self.find_sun(at, radius_m, leg.direction, scale);
-        }
-        let direction = self.scatter(at, radius_m, leg.direction, scale, u.turn, None);
-        Some(Leg {
-            at,
-            radius_m,
-            place,
-            direction,
-        })
-    }
-
-    /// From the columns to the end of a way: what each wavelength loses in the air on it (`lost`), and what reaches the ground
-    /// and comes back (`rows.transmittance`). Returns the sum of the former.
-    #[inline(always)]
-    pub fn look_ahead(&mut self, order: u32, meets_ground: bool) -> f32 {
-        let arriving = if meets_ground {
-            &self.scene.albedo
-        } else {
-            &self.scene.background
-        };
-        let arrives = meets_ground || self.background;
-        let mut in_air = [0.0; BLOCK];
-        let rows = blocks(&self.weights.weight).zip(blocks(arriving));
-        let out = blocks_mut(&mut self.lost).zip(blocks_mut(&mut self.rows.transmittance));
-        for (b, ((&weight, &arriving), (lost, reached))) in rows.zip(out).enumerate() {
-            let tau = self.columns.optical_depth_block(&self.rows.columns, b);
-            if arrives {
-                *reached = each(|i| weight[i] * lanes::exp_and_loss(tau[i]).0 * arriving[i]);
-            }
-            let gone = each(|i| weight[i] * lanes::exp_and_loss(tau[i]).1);
-            in_air = each(|i| in_air[i] + gone[i]);
-            *lost = gone;
-        }
-        if self.background && !meets_ground && order > 1 {
-            let light = &self.rows.transmittance;
-            match &mut self.stokes {
-                Some(stokes) => stokes.find_unpolarised(light, &mut self.found),
-                None => lanes::add_scaled(light, 1.0, &mut self.found),
+        let mut search = Search::new(self.columns);
+        let (mut who, mut n) = ([0; RAYS], 0);
+        for (i, t) in travellers.iter().enumerate() {
+            if t.walking && t.ahead.collides {
+                let ahead = &t.ahead;
+                let sigma = medium.extinction_at(ahead.lane, t.leg.place);
+                let along = ahead.along(self.columns);
+                let (lane, lost) = (ahead.lane, ahead.lost);
+                search.add(&along, lane, sigma, lost, ahead.way.length_m);
+                who[n] = i;
+                n += 1;
             }
         }
-        self.lost_sums = in_air;
-        lanes::tree_sum(in_air)
-    }
-
-    /// Adds the sunlight that the ground at the end of a way sends into the path, times `scale`.
-    #[inline(always)]
-    pub fn find_sun_on_ground(&mut self, leg: &Leg, way: &Way, scale: f32) {
-        let at = leg.at + leg.direction * way.length_m;
-        let radius_m = at.length();
-        let sunward_m = at.dot(self.first.towards_sun);
-        if sunward_m <= 0.0 || !self.look_at_sun(radius_m, sunward_m) {
+        if n == 0 {
             return;
         }
-        let factor = scale * (sunward_m / radius_m / std::f64::consts::PI) as f32;
-        let light = &mut self.weights.light;
-        let rows = blocks(&self.rows.transmittance).zip(blocks(&self.first.beam));
-        for (b, ((&reached, &beam), light)) in rows.zip(blocks_mut(light)).enumerate() {
-            let tau = self.columns.optical_depth_block(&self.rows.sun_columns, b);
-            let sunlight = lanes::exp_neg_block(&tau);
-            *light = each(|i| reached[i] * sunlight[i] * (beam[i] * factor));
-        }
-        match &mut self.stokes {
-            Some(stokes) => stokes.find_unpolarised(light, &mut self.found),
-            None => lanes::add_scaled(light, 1.0, &mut self.found),
+        search.run();
+        for (k, &i) in who[..n].iter().enumerate() {
+            let t = &mut travellers[i];
+            let along = t.ahead.along(self.columns);
+            let (distance_m, node) = search.found(k, &along, &mut t.columns);
+            t.leg.move_to(&t.ahead.way, distance_m);
+            t.leg.place = medium.locate_in_shell(node, t.leg.radius_m);
         }
     }
 
-    /// Goes on from the ground with everything that arrives there, times `scale`: in a direction by the cosine of the law of Lambert, or
-    /// a share of the time from the phase function [`Peak`] about the sun, as in [`Walker::scatter`]. `None` for a
-    /// direction of the latter that leads into the ground.
+    /// Columns towards the sun from all collisions.
     #[inline(always)]
-    pub fn meet_ground(&mut self, leg: &Leg, way: &Way, scale: f32, u: &Draws) -> Option<Leg> {
-        let at = leg.at + leg.direction * way.length_m;
-        let radius_m = at.length();
-        let normal = at * (1.0 / radius_m);
-        let sun = self.first.towards_sun;
-        let mut turn = u.turn;
-        let lead = self.about_sun(at.dot(sun), radius_m, &mut turn);
-        let (mut direction, mut factor) =
-            (normal.deflected_by_turn(turn[0].sqrt(), turn[1]), scale);
-        let mut gain = 1.0;
-        if let Some((peak, share, chosen)) = lead {
-            if chosen {
-                direction = sun.deflected_by_turn(peak.sample(turn[0]), turn[1]);
-            }
-            let lambertian = direction.dot(normal) / std::f64::consts::PI;
-            let leaves = lambertian > 0.0;
-            if !leaves {
-                return None;
-            }
-            let about_sun = peak.density(direction.dot(sun));
-            factor *= (lambertian / ((1.0 - share) * lambertian + share * about_sun)) as f32;
-            gain = peak.gain(about_sun);
-        }
-        self.gain = gain;
-        let arrived = self.rows.transmittance.iter();
-        for (w, &arrived) in self.weights.weight.iter_mut().zip(arrived) {
-            *w = arrived * factor;
-        }
-        if let Some(stokes) = &mut self.stokes {
-            stokes.depolarise();
-        }
-        Some(Leg {
-            at,
-            radius_m,
-            place: (0, 0.0),
-            direction,
-        })
-    }
-
-    /// The peak from which directions about the sun are drawn, the share of them, and whether `u[0]` says that this is one; what is
-    /// left of `u[0]` is uniform again. `None` where that is of no use. `sunward_m` is the vertex's height above the plane through the
-    /// planet's centre that faces the sun.
-    #[inline(always)]
-    fn about_sun(
-        &self,
-        sunward_m: f64,
-        radius_m: f64,
-        u: &mut [f64; 3],
-    ) -> Option<(&Peak, f64, bool)> {
-        let peak = self.peak?;
-        if !self.sun_in_reach(sunward_m, radius_m) {
-            return None;
-        }
-        let lowest_m = ABOUT_SUN / MOST_ABOUT_SUN * radius_m;
-        let share = ABOUT_SUN * radius_m / sunward_m.max(lowest_m);
-        let chosen = u[0] < share;
-        u[0] = if chosen {
-            u[0] / share
-        } else {
-            (u[0] - share) / (1.0 - share)
-        };
-        Some((peak, share, chosen))
-    }
-
-    /// Takes the weights, by the columns to a collision, through the air up to it, and splits them over the species that
-    /// scatter there. Returns the sum of weights times extinction.
-    #[inline(always)]
-    pub fn arrive(&mut self, (i, t): (usize, f32)) -> f32 {
-        let medium = self.scene.medium;
-        let n = medium.lanes();
-        let (below, above) = (medium.extinction_row(i), medium.extinction_row(i + 1));
-        let Weights {
-            weight,
-            split,
-            split_sum,
-            split_sums,
-            total,
-            ..
-        } = &mut self.weights;
-        let mut density = [0.0; BLOCK];
-        let rows = blocks_mut(weight).zip(blocks(below).zip(blocks(above)));
-        for (b, (weight, (below, above))) in rows.enumerate() {
-            let tau = self.columns.optical_depth_block(&self.rows.columns, b);
-            let (transmittance, before) = (lanes::exp_neg_block(&tau), *weight);
-            let sigma = lanes::lerp_block(below, above, t);
-            let arrived = each(|i| before[i] * transmittance[i]);
-            density = each(|i| density[i] + arrived[i] * sigma[i]);
-            *weight = arrived;
-        }
-        *total = 0.0;
-        for &k in &self.first.scatterers {
-            let (below, above) = (medium.species_row(k, i), medium.species_row(k, i + 1));
-            let row = &mut split[k * n..(k + 1) * n];
-            let mut sum = [0.0; BLOCK];
-            let rows = blocks(weight).zip(blocks(below).zip(blocks(above)));
-            for (row, (&weight, (below, above))) in blocks_mut(row).zip(rows) {
-                let sigma = lanes::lerp_block(below, above, t);
-                let scattered = each(|i| weight[i] * sigma[i]);
-                sum = each(|i| sum[i] + scattered[i]);
-                *row = scattered;
-            }
-            split_sums[k] = sum;
-            split_sum[k] = lanes::tree_sum(sum);
-            *total += split_sum[k];
-        }
-        lanes::tree_sum(density)
-    }
-
-    /// Columns towards the sun; `false` where the planet stands before it.
-    #[inline(always)]
-    fn look_at_sun(&mut self, radius_m: f64, sunward_m: f64) -> bool {
-        let Rows {
-            sun_columns,
-            sun_scratch,
-            ..
-        } = &mut self.rows;
-        columns_to_sun(self.columns, radius_m, sunward_m, sun_columns, sun_scratch)
-    }
-
-    /// Whether a vertex sees the sun above its horizon, which from aloft lies below the horizontal, or close to it: a peak about a sun
-    /// that has just set there still lights the haze above. `sunward_m` is the vertex's height above the plane through the planet's
-    /// centre that faces the sun.
-    #[inline(always)]
-    fn sun_in_reach(&self, sunward_m: f64, radius_m: f64) -> bool {
-        let depth_m = -(sunward_m + SUN_IN_REACH * radius_m);
-        let ground_m = self.columns.ground_m();
-        // Where the horizon is, sin² = 1 − (R / r)².
-        depth_m < 0.0 || depth_m * depth_m < (radius_m - ground_m) * (radius_m + ground_m)
-    }
-
-    /// Adds the sunlight that a vertex in the air sends into the path: Σ_k split_k p_k × transmittance × irradiance.
-    #[inline(always)]
-    pub fn find_sun(&mut self, at: Vec3, radius_m: f64, direction: Vec3, scale: f32) {
-        let towards = self.first.towards_sun;
-        if !self.look_at_sun(radius_m, at.dot(towards)) {
-            return;
-        }
-        let Weights {
-            split,
-            split_sum,
-            light,
-            scratch,
-            ..
-        } = &mut self.weights;
-        let medium = self.scene.medium;
-        let present = Present {
-            species: &self.first.scatterers,
-            split_sum,
-        };
-        present.evaluate(medium.phases(), direction.dot(towards), &mut self.phase);
-        let n = self.found.len();
-        let rows = blocks_mut(light).zip(blocks_mut(scratch));
-        for (b, ((light, mixed), &beam)) in rows.zip(blocks(&self.first.beam)).enumerate() {
-            let tau = self.columns.optical_depth_block(&self.rows.sun_columns, b);
-            let sunlight = lanes::exp_neg_block(&tau);
-            let mix = present.mix(split, &self.phase, n, b);
-            *light = each(|i| mix[i] * sunlight[i] * (beam[i] * scale));
-            *mixed = mix;
-        }
-        match &mut self.stokes {
-            None => lanes::add_scaled(light, 1.0, &mut self.found),
-            Some(stokes) => stokes.find_sun(
-                medium,
-                (split, split_sum),
-                scratch,
-                (direction, towards),
-                light,
-                &mut self.found,
-            ),
-        }
-    }
-
-    /// Draws a direction from the mean of all wavelengths' phase functions, or a share of the time from [`Peak`] about the sun, and
-    /// goes on with the weights divided by the density of both together.
-    ///
-    /// The next vertex sees the sun through its phase function, whose peak a path would rarely meet by itself: drawing
-    /// the direction from that peak first makes both vertices' peaks common.
-    #[inline(always)]
-    pub fn scatter(
-        &mut self,
-        at: Vec3,
-        radius_m: f64,
-        direction: Vec3,
-        scale: f32,
-        mut u: [f64; 3],
-        lead: Option<(&Guide, &Lead)>,
-    ) -> Vec3 {
-        let (medium, sun) = (self.scene.medium, self.first.towards_sun);
-        let mut led = None;
-        if let Some((_, lead)) = lead {
-            match lead.lead(u) {
-                Ok(direction) => led = Some(direction),
-                Err(rest) => u = rest,
+    fn look_at_sun_from_all(&self, travellers: &mut [Traveller]) {
+        let (mut r, mut s) = ([self.columns.ground_m(); RAYS], [0.0; RAYS]);
+        for (k, t) in travellers.iter().enumerate() {
+            if t.walking && t.ahead.collides {
+                (r[k], s[k]) = (t.leg.radius_m, t.leg.at.dot(t.beam.towards));
             }
         }
-        let about_sun = self.about_sun(at.dot(sun), radius_m, &mut u);
-        let new = match (led, about_sun) {
-            (Some(new), _) => new,
-            (None, Some((peak, _, true))) => sun.deflected_by_turn(peak.sample(u[1]), u[2]),
-            (None, _) => self.weights.draw(medium, direction, u),
+        let upwards = Lookups::new(self.columns, &r, &all(|k| s[k].max(0.0)));
+        for (k, t) in travellers.iter_mut().enumerate() {
+            if t.walking && t.ahead.collides {
+                t.sees_sun = s[k] >= 0.0;
+                if t.sees_sun {
+                    upwards.columns(self.columns, k, &mut t.sun_columns);
+                } else {
+                    t.look_at_sun(self.columns);
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::{Rng, Sampler, Vec3};
+    use crate::optics::Phase;
+    use crate::transport::SunLight;
+
+    const GROUND_M: f64 = 6_360_000.0;
+
+    /// Air and haze over a grey ground.
+    fn medium() -> LayeredMedium {
+        let altitude_m: Vec<f64> = (0..=40)
+            .map(|i| 60_000.0 * (f64::from(i) / 40.0).powi(2))
+            .collect();
+        let wavelength_nm: Vec<f64> = (0..20).map(|i| 400.0 + 15.0 * f64::from(i)).collect();
+        let mut m = LayeredMedium::new(&altitude_m, &wavelength_nm, GROUND_M).unwrap();
+        let rows = |height: f64, of: &dyn Fn(f64) -> f64| -> Vec<f64> {
+            let at = |z: &f64| {
+                wavelength_nm
+                    .iter()
+                    .map(|&w| of(w) * (-z / height).exp())
+                    .collect()
+            };
+            altitude_m
+                .iter()
+                .flat_map(|z: &f64| -> Vec<f64> { at(z) })
+                .collect()
         };
-        let (mut about_sun_density, mut share, mut gain) = (0.0, 0.0, 1.0);
-        if let Some((peak, s, _)) = about_sun {
-            let density = peak.density(sun.dot(new));
-            (about_sun_density, share, gain) = (density as f32, s as f32, peak.gain(density));
-        }
-        let Weights {
-            weight,
-            split,
-            split_sum,
-            total,
-            ..
-        } = &mut self.weights;
-        let present = Present {
-            species: &self.first.scatterers,
-            split_sum,
+        let air = rows(8000.0, &|w| 4e-5 * (400.0 / w).powi(4));
+        let haze = rows(1500.0, &|w| 1.5e-4 * (550.0 / w));
+        let none = vec![0.0; air.len()];
+        m.add(&air, &none, Phase::rayleigh(&[0.03; 20]).unwrap())
+            .unwrap();
+        m.add(&haze, &none, Phase::henyey_greenstein(&[0.7; 20]).unwrap())
+            .unwrap();
+        m
+    }
+
+    /// Paths in all directions, each with its own numbers.
+    fn starts() -> Vec<Start> {
+        let start = |i: u32| Start {
+            ray: Ray {
+                origin: Vec3::new(0.0, 0.0, GROUND_M + 10.0),
+                direction: Vec3::from_azimuth_elevation_deg(
+                    f64::from(37 * i),
+                    f64::from(i % 89) - 4.0,
+                ),
+            },
+            sampler: Sampler::new(Rng::new(3, u64::from(i)), Some((17, i))),
         };
-        present.evaluate(medium.phases(), direction.dot(new), &mut self.phase);
-        let n = weight.len();
-        let mut mixed = [0.0; BLOCK];
-        for (b, weight) in blocks_mut(weight).enumerate() {
-            let light = present.mix(split, &self.phase, n, b);
-            mixed = each(|i| mixed[i] + light[i]);
-            *weight = light;
+        (0..300).map(start).collect()
+    }
+
+    /// Rationale: paths share nothing but memory. Expected: the sum of 300 paths walked together is that of the same paths walked one
+    /// by one, but for the order in which single precision adds them up; by day, led by a guide at sunset, and polarised.
+    #[test]
+    fn paths_side_by_side_are_those_alone() {
+        let m = medium();
+        let columns = Columns::new(&m);
+        let peak = Peak::new(&m);
+        for (sun_deg, polarised) in [(40.0, false), (0.0, false), (40.0, true), (0.0, true)] {
+            let towards = Vec3::from_azimuth_elevation_deg(180.0, sun_deg);
+            let sun = SunLight::new(towards, m.wavelength_nm(), &[1.0; 20], 0.267).unwrap();
+            let scene = Scene::new(&m, sun, &[0.3; 20]).unwrap();
+            let guide = (sun_deg < 1.0).then(|| Guide::new(&scene, &columns));
+            let walker = || {
+                let walker = Walker::new(&scene, &columns, guide.as_ref(), peak.as_ref(), None);
+                let mut walker = if polarised {
+                    walker.polarised(true)
+                } else {
+                    walker
+                };
+                walker.prepare(Some(&starts()[40].ray));
+                walker
+            };
+            let n = if polarised { 4 * m.lanes() } else { m.lanes() };
+            let (mut together, mut alone) = (vec![0.0; n], vec![0.0; n]);
+            let mut one = walker();
+            assert_eq!(one.led, guide.is_some());
+            for start in &mut starts() {
+                one.walk(std::slice::from_mut(start), &mut alone);
+            }
+            walker().walk(&mut starts(), &mut together);
+            let scale = alone.iter().fold(0.0f32, |a, &b| a.max(b.abs()));
+            assert!(scale > 0.0);
+            for (a, b) in alone.iter().zip(&together) {
+                assert!(
+                    (a - b).abs() < 3e-6 * scale,
+                    "{sun_deg} {polarised}: {a} {b}"
+                );
+            }
         }
-        if let Some(stokes) = &mut self.stokes {
-            stokes.scatter(medium, (split, split_sum), weight, (direction, new));
-        }
-        let mut density =
-            share * about_sun_density + (1.0 - share) * lanes::tree_sum(mixed) / *total;
-        if let Some((guide, lead)) = lead {
-            density = lead.mixed(guide, new, density);
-        }
-        // A density of zero (a hole in a table, met by rounding) ends the path.
-        let factor = if density > 0.0 { scale / density } else { 0.0 };
-        lanes::scale(weight, factor);
-        self.gain = gain;
-        new
     }
 }

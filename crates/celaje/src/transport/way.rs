@@ -14,10 +14,20 @@ pub(super) struct Leg {
     pub direction: Vec3,
 }
 
+impl Leg {
+    /// Moves the path on along its way. Where it is among the medium's nodes, `place`, is left to the caller.
+    #[inline(always)]
+    pub fn move_to(&mut self, way: &Way, distance_m: f64) {
+        self.radius_m = way.geometry.radius_at(distance_m);
+        self.at = self.at + self.direction * distance_m;
+    }
+}
+
 /// The random numbers of one vertex: always as many, so that each keeps its dimension of the sequence.
 ///
 /// What decides where a path goes shares one block of four dimensions, the evener the earlier it comes; what hardly matters, as all
 /// wavelengths are weighed together whichever decides, and what cannot profit is left to random numbers.
+#[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Draws {
     /// How far: to the ground, or up to a collision before it.
     pub way: f64,
@@ -30,18 +40,19 @@ pub(super) struct Draws {
 
 impl Draws {
     #[inline(always)]
-    pub fn new(sampler: &mut Sampler) -> Self {
+    pub fn draw(&mut self, sampler: &mut Sampler) {
         let [way, t0, t1, t2] = sampler.uniform4();
-        Self {
+        *self = Self {
             way,
             turn: [t0, t1, t2],
             wavelength: sampler.rng().uniform(),
             roulette: sampler.rng().uniform(),
-        }
+        };
     }
 }
 
 /// The way from a point inside the air to where the air or the ground ends it.
+#[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Way {
     pub geometry: RayGeometry,
     pub length_m: f64,
