@@ -121,7 +121,9 @@ fn is_present(species: &Species) -> bool {
 fn printed_wavelengths(inventory: &Inventory) -> Vec<usize> {
     let n = inventory.wavelength_nm.len();
     let stride = (n - 1).div_ceil(PRINTED_WAVELENGTHS - 1).max(1);
-    (0..n).filter(|i| (n - 1 - i) % stride == 0).collect()
+    (0..n)
+        .filter(|i| (n - 1 - i).is_multiple_of(stride))
+        .collect()
 }
 
 fn depth_table(inventory: &Inventory, present: &[&Species]) -> String {

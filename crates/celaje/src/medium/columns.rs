@@ -22,7 +22,7 @@ use crate::math::interp::Guide;
 use crate::math::lanes::{self, Block, BLOCK};
 
 /// Nodes of the table over the zenith angle, at each altitude.
-pub(super) const COSINES: usize = 96;
+pub(super) const COSINES: usize = 112;
 
 /// Columns to the top of the air from every altitude and direction, and what they weigh at each wavelength.
 #[derive(Debug, Clone)]

@@ -131,11 +131,10 @@ impl SunLight {
         if self.one_minus_cos_radius == 0.0 {
             return (self.direction, 1.0);
         }
-        let phi = std::f64::consts::TAU * v;
         // Uniform in solid angle; 1 − μ² = (sin θ / sin radius)² = u to second order in the radius (2e-5).
         let direction = self
             .direction
-            .deflected(1.0 - u * self.one_minus_cos_radius, phi);
+            .deflected_by_turn(1.0 - u * self.one_minus_cos_radius, v);
         (direction, 1.0 - u)
     }
 

@@ -92,6 +92,12 @@ impl Traveller {
 }
 
 impl Traveller {
+    /// Whether it stands at a collision whose sunlight nobody has found yet.
+    #[inline(always)]
+    pub fn wants_sun(&self) -> bool {
+        self.walking && self.ahead.collides && self.order > 1
+    }
+
     /// Looks up the columns towards the sun from where it stands.
     #[inline(always)]
     pub fn look_at_sun(&mut self, columns: &Columns) {

@@ -387,18 +387,18 @@ impl<'a> Walker<'a> {
         }
     }
 
-    /// Columns towards the sun from all collisions.
+    /// Columns towards the sun from all collisions but the first ones, whose sun the line integral has found.
     #[inline(always)]
     fn look_at_sun_from_all(&self, travellers: &mut [Traveller]) {
         let (mut r, mut s) = ([self.columns.ground_m(); RAYS], [0.0; RAYS]);
         for (k, t) in travellers.iter().enumerate() {
-            if t.walking && t.ahead.collides {
+            if t.wants_sun() {
                 (r[k], s[k]) = (t.leg.radius_m, t.leg.at.dot(t.beam.towards));
             }
         }
         let upwards = Lookups::new(self.columns, &r, &all(|k| s[k].max(0.0)));
         for (k, t) in travellers.iter_mut().enumerate() {
-            if t.walking && t.ahead.collides {
+            if t.wants_sun() {
                 t.sees_sun = s[k] >= 0.0;
                 if t.sees_sun {
                     upwards.columns(self.columns, k, &mut t.sun_columns);
