@@ -54,6 +54,7 @@ pub(super) struct Ahead {
 }
 
 impl Traveller {
+    /// One that stands still; it has memory for any path of the scene.
     pub fn new(scene: &Scene<'_, LayeredMedium>, columns: &Columns) -> Self {
         let (lanes, count) = (scene.medium.lanes(), columns.count());
         Self {
@@ -89,9 +90,7 @@ impl Traveller {
             sun_scratch: vec![0.0; count],
         }
     }
-}
 
-impl Traveller {
     /// Whether it stands at a collision whose sunlight nobody has found yet.
     #[inline(always)]
     pub fn wants_sun(&self) -> bool {
