@@ -23,8 +23,18 @@ pub(super) enum Kind {
     /// Henyey & Greenstein 1941, asymmetry per wavelength.
     HenyeyGreenstein {
         g: Vec<f32>,
+        /// Whether it is the same at all of them.
+        uniform: bool,
     },
     Table(Table),
+}
+
+impl Kind {
+    /// Asymmetries at all wavelengths, padding included.
+    pub(super) fn henyey_greenstein(g: Vec<f32>) -> Self {
+        let uniform = g.iter().all(|&v| v == g[0]);
+        Self::HenyeyGreenstein { g, uniform }
+    }
 }
 
 /// A phase function tabulated over angle, linear in cos θ between its nodes.
@@ -80,9 +90,10 @@ impl Phase {
         for &g in g {
             check_range("asymmetry g", g, "", -0.9999..=0.9999)?;
         }
-        Ok(Self(Kind::HenyeyGreenstein {
-            g: lanes::row_from(g.len(), |i| g[i]),
-        }))
+        // The last value is the padding's too, so that a row of one value is one throughout.
+        let last = g.len().saturating_sub(1);
+        let row = lanes::row_from(lanes::padded(g.len()), |i| g[i.min(last)]);
+        Ok(Self(Kind::henyey_greenstein(row)))
     }
 
     /// A table over scattering angle, linear in cos θ between its nodes.
@@ -164,7 +175,7 @@ impl Phase {
     pub(crate) fn lanes(&self) -> usize {
         match &self.0 {
             Kind::Rayleigh { constant, .. } => constant.len(),
-            Kind::HenyeyGreenstein { g } => g.len(),
+            Kind::HenyeyGreenstein { g, .. } => g.len(),
             Kind::Table(t) => t.lanes,
         }
     }
@@ -182,15 +193,14 @@ impl Phase {
                     *out = lanes::each(|i| a[i] + b[i] * c2);
                 }
             }
-            Kind::HenyeyGreenstein { g } => {
-                // 1 + g² − 2g cos θ = (1 − g)² + 2g (1 − cos θ), which keeps its digits near the peak.
+            Kind::HenyeyGreenstein { g, uniform } => {
                 let back = (1.0 - cos_theta) as f32;
-                for (out, &g) in lanes::blocks_mut(out).zip(lanes::blocks(g)) {
-                    let x = lanes::each(|i| (1.0 - g[i]) * (1.0 - g[i]) + 2.0 * g[i] * back);
-                    *out = lanes::each(|i| {
-                        let y = lanes::inverse_sqrt(x[i]);
-                        (0.25 / std::f32::consts::PI) * (1.0 - g[i] * g[i]) * (y * y * y)
-                    });
+                if *uniform {
+                    out.fill(g.first().map_or(0.0, |&g| henyey_greenstein(g, back)));
+                } else {
+                    for (out, &g) in lanes::blocks_mut(out).zip(lanes::blocks(g)) {
+                        *out = lanes::each(|i| henyey_greenstein(g[i], back));
+                    }
                 }
             }
             Kind::Table(t) => {
@@ -208,7 +218,7 @@ impl Phase {
             Kind::Rayleigh {
                 constant, square, ..
             } => f64::from(constant[lane]) + f64::from(square[lane]) * cos_theta * cos_theta,
-            Kind::HenyeyGreenstein { g } => {
+            Kind::HenyeyGreenstein { g, .. } => {
                 let g = f64::from(g[lane]);
                 let x = (1.0 - g) * (1.0 - g) + 2.0 * g * (1.0 - cos_theta);
                 0.25 / PI * (1.0 - g * g) / (x * x.sqrt())
@@ -232,7 +242,7 @@ impl Phase {
                     g[2] = 4.0 * PI / 5.0 * 2.0 / 3.0 * f64::from(square[lane]);
                 }
             }
-            Kind::HenyeyGreenstein { g: asymmetry } => {
+            Kind::HenyeyGreenstein { g: asymmetry, .. } => {
                 let a = f64::from(asymmetry[lane]);
                 g.iter_mut()
                     .enumerate()
@@ -250,7 +260,7 @@ impl Phase {
             Kind::Rayleigh {
                 constant, square, ..
             } => sample_rayleigh(f64::from(constant[lane]), f64::from(square[lane]), u),
-            Kind::HenyeyGreenstein { g } => sample_henyey_greenstein(f64::from(g[lane]), u),
+            Kind::HenyeyGreenstein { g, .. } => sample_henyey_greenstein(f64::from(g[lane]), u),
             Kind::Table(t) => t.sample(lane, u),
         }
     }
@@ -429,25 +439,26 @@ impl Table {
     }
 }
 
-/// cos θ with density `2π (a + b c²)`: the one real root of the cubic distribution function.
+/// cos θ with density proportional to `a + b c²`, 0 ≤ b ≤ a: the root of the cubic distribution function, to 2e-7.
 #[inline(always)]
 fn sample_rayleigh(a: f64, b: f64, u: f64) -> f64 {
-    // 2π [a (c + 1) + b (c³ + 1)/3] = u   ⇒   c³ + 3k c − 2q = 0, k = a/b.
-    let k = a / b;
-    let q = (0.5 * 3.0 * u / (2.0 * PI) / b) - 0.5 * (3.0 * k + 1.0);
-    let s = cube_root(q.abs() + (q * q + k * k * k).sqrt());
-    ((s - k / s).copysign(q)).clamp(-1.0, 1.0)
+    // c + m c³ / 3 = w (1 + m / 3), m = b / a, w from −1 to 1.
+    let (m, w) = (b / a, 2.0 * u - 1.0);
+    let (third, w2) = (m * (1.0 / 3.0), w * w);
+    // The odd polynomial that has the root's value and slope at w = 0 and at both ends is off by 0.015 at most; one step of
+    // Halley's cubes that.
+    let c = w * (1.0 + (1.0 - w2) * third * (1.0 - w2 * m / (1.0 + m)));
+    let f = c + third * c * c * c - w * (1.0 + third);
+    let (slope, curvature) = (1.0 + m * c * c, 2.0 * m * c);
+    (c - 2.0 * f * slope / (2.0 * slope * slope - f * curvature)).clamp(-1.0, 1.0)
 }
 
-/// Cube root of a number above zero, to some 1e-14: a guess from the exponent (good to 5 %), and Halley's step twice.
+/// `p` for one asymmetry; `back` is 1 − cos θ.
 #[inline(always)]
-fn cube_root(x: f64) -> f64 {
-    let guess = f64::from_bits(x.to_bits() / 3 + 0x2a9f_7893_782d_a1ce);
-    let halley = |y: f64| {
-        let cube = y * y * y;
-        y * (cube + 2.0 * x) / (2.0 * cube + x)
-    };
-    halley(halley(guess))
+fn henyey_greenstein(g: f32, back: f32) -> f32 {
+    // 1 + g² − 2g cos θ = (1 − g)² + 2g (1 − cos θ), which keeps its digits near the peak.
+    let y = lanes::inverse_sqrt((1.0 - g) * (1.0 - g) + 2.0 * g * back);
+    (0.25 / std::f32::consts::PI) * (1.0 - g * g) * (y * y * y)
 }
 
 #[inline(always)]

@@ -19,7 +19,7 @@ impl Phase {
                 w.f32s(square);
                 w.f32s(circular);
             }
-            Kind::HenyeyGreenstein { g } => {
+            Kind::HenyeyGreenstein { g, .. } => {
                 w.text("henyey-greenstein");
                 w.f32s(g);
             }
@@ -49,7 +49,7 @@ impl Phase {
                 square: row(r.f32s()?)?,
                 circular: row(r.f32s()?)?,
             },
-            "henyey-greenstein" => Kind::HenyeyGreenstein { g: row(r.f32s()?)? },
+            "henyey-greenstein" => Kind::henyey_greenstein(row(r.f32s()?)?),
             "table" => {
                 let table = Table {
                     cos_theta: r.f64s()?,
