@@ -6,7 +6,7 @@
 
 use super::columns::{Aligned, Columns, COSINES};
 use super::shell::{cubic_weights, mean_fraction, Node};
-use super::RayColumns;
+use super::{LayeredMedium, RayColumns};
 use crate::math::lanes::{self, Block, BLOCK};
 
 /// Rays abreast.
@@ -25,14 +25,21 @@ pub(crate) fn all(f: impl Fn(usize) -> f64) -> Abreast {
     out
 }
 
-/// A number for each ray in f32.
+/// The same in single precision.
+type Single = [f32; RAYS];
+
 #[inline(always)]
-fn single(values: &Abreast) -> [f32; RAYS] {
+fn all_single(f: impl Fn(usize) -> f32) -> Single {
     let mut out = [0.0; RAYS];
-    for (v, &x) in out.iter_mut().zip(values) {
-        *v = x as f32;
+    for (k, v) in out.iter_mut().enumerate() {
+        *v = f(k);
     }
     out
+}
+
+#[inline(always)]
+fn single(values: &Abreast) -> Single {
+    all_single(|k| values[k] as f32)
 }
 
 /// Places in the table of columns, as `Columns::look_up` finds one.
@@ -42,15 +49,16 @@ pub(crate) struct Lookups {
     row: [usize; RAYS],
     node: [usize; RAYS],
     /// Weights of four rows.
-    cubic: [[f32; RAYS]; 4],
+    cubic: [Single; 4],
     /// The way to the node above \[m\], and the mean fraction of the shell on it.
-    length: [f32; RAYS],
-    mean: [f32; RAYS],
+    length: Single,
+    mean: Single,
     /// Fraction of the shell at the point itself.
-    fraction: [f32; RAYS],
-    /// Radii of the shells' nodes \[m\].
+    fraction: Single,
+    /// Radii of the shells' nodes \[m\], and 1 over their distance \[m⁻¹\].
     below: Abreast,
     above: Abreast,
+    inverse_thickness: Abreast,
 }
 
 impl Lookups {
@@ -63,6 +71,7 @@ impl Lookups {
         fraction: [0.0; RAYS],
         below: [0.0; RAYS],
         above: [0.0; RAYS],
+        inverse_thickness: [0.0; RAYS],
     };
 
     /// Columns to the top from several points, along directions that do not fall.
@@ -82,7 +91,8 @@ impl Lookups {
         let (below, above) = (of(|n| n.below_m), of(|n| n.radius_m));
         let (to_top_squared, shortest) = (of(|n| n.to_top_squared), of(|n| n.shortest_m));
         let stretch = of(|n| n.inverse_stretch);
-        let (inverse_radius, thickness) = (of(|n| n.inverse_radius), of(|n| n.inverse_thickness));
+        let (inverse_radius, inverse_thickness) =
+            (of(|n| n.inverse_radius), of(|n| n.inverse_thickness));
         let rise = all(|k| ((above[k] - r[k]) * (above[k] + r[k])).max(0.0));
         let s_node = all(|k| (s[k] * s[k] + rise[k]).sqrt());
         // The table at the node above, on the same straight line.
@@ -103,8 +113,16 @@ impl Lookups {
         }
         // The rest of this shell, exactly; 1 / r to 1e-7, from the node's.
         let inverse_r = all(|k| inverse_radius[k] * (1.0 + (above[k] - r[k]) * inverse_radius[k]));
-        let start = all(|k| (r[k] - below[k]) * thickness[k]);
-        let mean = all(|k| mean_fraction(s[k], s_node[k], inverse_r[k], start[k], thickness[k]));
+        let start = all(|k| (r[k] - below[k]) * inverse_thickness[k]);
+        let mean = all(|k| {
+            mean_fraction(
+                s[k],
+                s_node[k],
+                inverse_r[k],
+                start[k],
+                inverse_thickness[k],
+            )
+        });
         Self {
             row,
             node,
@@ -114,6 +132,7 @@ impl Lookups {
             fraction: single(&all(|k| start[k].clamp(0.0, 1.0))),
             below,
             above,
+            inverse_thickness,
         }
     }
 
@@ -143,30 +162,32 @@ impl Lookups {
         }
     }
 
-    /// Optical depth of a ray to the top at one wavelength of `Columns::spectrum_of`, and the extinction coefficient \[m⁻¹\] at the
-    /// point.
+    /// Optical depth of a ray to the top at one wavelength of `Columns::spectrum_of`.
     #[inline(always)]
-    fn at(&self, columns: &Columns, k: usize, spectrum: &[Aligned]) -> (f64, f64) {
-        let (mut tau, mut sigma) = ([0.0; BLOCK], [0.0; BLOCK]);
+    fn optical_depth(&self, columns: &Columns, k: usize, spectrum: &[Aligned]) -> f32 {
+        let mut tau = [0.0; BLOCK];
         for (b, Aligned(s)) in spectrum.iter().enumerate() {
-            let (columns, density) = self.block(columns, k, b, self.fraction[k]);
+            let (columns, _) = self.block(columns, k, b, 0.0);
             tau = lanes::each(|i| tau[i] + s[i] * columns[i]);
-            sigma = lanes::each(|i| sigma[i] + s[i] * density[i]);
         }
-        (
-            f64::from(lanes::tree_sum(tau)),
-            f64::from(lanes::tree_sum(sigma)),
-        )
+        lanes::tree_sum(tau)
     }
 
-    /// The columns of one ray, moved on by `step` \[m\] to the radius `r` \[m\] in the same shell.
+    /// The columns of one ray, moved on by `step` \[m\] in the same shell; `middle` and `end` are the radii \[m\] halfway and there.
     #[inline(always)]
-    fn stepped(&self, columns: &Columns, k: usize, (step, r): (f32, f64), out: &mut [f32]) {
-        // Density is linear in radius, and radius nearly so along a short step: its mean is that halfway.
-        let end = ((r - self.below[k]) / (self.above[k] - self.below[k])) as f32;
-        let halfway = 0.5 * (self.fraction[k] + end);
+    fn stepped(
+        &self,
+        columns: &Columns,
+        k: usize,
+        step: f32,
+        [middle, end]: [f64; 2],
+        out: &mut [f32],
+    ) {
+        // Density is linear in radius: that of the mean radius counts, which Simpson's rule finds as in `shell::mean_fraction`.
+        let mean_r = (4.0 * middle + end - 5.0 * self.below[k]) * self.inverse_thickness[k];
+        let mean = (self.fraction[k] + mean_r as f32) * (1.0 / 6.0);
         for (b, out) in lanes::blocks_mut(out).enumerate() {
-            let (columns, density) = self.block(columns, k, b, halfway);
+            let (columns, density) = self.block(columns, k, b, mean);
             *out = lanes::each(|i| columns[i] + step * density[i]);
         }
     }
@@ -175,65 +196,139 @@ impl Lookups {
 /// Searches, on several rays, for the distances at which optical depths at one wavelength each are reached.
 ///
 /// What is looked for is the optical depth to the top at that point: on a falling stretch it is that of the start and
-/// what is wanted besides, on a rising one what remains. As it falls off exponentially with height, Newton's method works
-/// on its logarithm, kept inside a bracket, and so does a cubic through the last two places.
+/// what is wanted besides, on a rising one what remains. It falls off with height about exponentially, so that its logarithm leads
+/// to good guesses, kept inside a bracket: from one place by its two derivatives there, from two by both of each. Once a guess lies
+/// in the right shell the rest is exact, for there extinction is linear in radius.
+///
+/// Some rays need more looks than others. They go on while new ones take the places of those that are there.
 pub(crate) struct Search<'a> {
     columns: &'a Columns,
-    /// How many rays take part; the others are idle.
-    count: usize,
+    medium: &'a LayeredMedium,
+    /// Whether a ray is still searching, and how often it has looked.
+    searching: [bool; RAYS],
+    looks: [u32; RAYS],
     lane: [usize; RAYS],
     r0_squared: Abreast,
     tangent: Abreast,
     low: Abreast,
     high: Abreast,
-    /// Distances, and the optical depths to the top and extinction coefficients there.
+    /// Distances \[m\].
     s: Abreast,
-    now: Abreast,
-    sigma: Abreast,
-    target: Abreast,
-    sign: Abreast,
-    tolerance: Abreast,
+    /// The optical depths to the top that are wanted, and that are there, extinction coefficients \[m⁻¹\] and their derivatives along the
+    /// ray \[m⁻²\].
+    target: Single,
+    now: Single,
+    sigma: Single,
+    gradient: Single,
+    /// 1 where the optical depth to the top grows along the ray, −1 where it shrinks.
+    sign: Single,
+    tolerance: Single,
+    before: Places,
     /// Where the columns of each ray are found, and the last step from there.
     place: Lookups,
-    step: Abreast,
+    step: Single,
+}
+
+/// Distances as functions of x, the logarithm of what is wanted over what is there, at one place on each ray.
+#[derive(Clone, Copy)]
+struct Places {
+    x: Single,
+    s: Single,
+    /// `−ds/dx` and `d²s/dx²`.
+    slope: Single,
+    bend: Single,
+}
+
+impl Places {
+    /// What a search remembers that has not looked yet.
+    const NONE: Self = Self {
+        x: [f32::NAN; RAYS],
+        s: [0.0; RAYS],
+        slope: [0.0; RAYS],
+        bend: [0.0; RAYS],
+    };
+
+    /// Where x = 0, told by a place of its own: as if the ray ran through an atmosphere whose extinction is a power of its optical
+    /// depth, of which the exponential one is a case and the uniform one.
+    #[inline(always)]
+    fn guess(&self, k: usize) -> f32 {
+        // (1 − exp(−y)) / y = 1 / (1 + y / 2 + y² / 12 − …), y = −x bend / slope.
+        let y = -self.x[k] * self.bend[k] / self.slope[k];
+        self.s[k] + self.slope[k] * self.x[k] / (1.0 + y * (0.5 + y * (1.0 / 12.0)))
+    }
+
+    /// Where x = 0 on the quintic through a place of two; `otherwise`, if that is not about between them.
+    #[inline(always)]
+    fn guess_between(&self, other: &Self, k: usize, otherwise: f32) -> f32 {
+        let h = self.x[k] - other.x[k];
+        // Share of the way from the first place to the second one at which x = 0.
+        let t = self.x[k] / h;
+        let u = 1.0 - t;
+        let (th, uh) = (t * h, u * h);
+        let first = self.s[k] * (1.0 + t * (3.0 + t * 6.0))
+            + th * (self.slope[k] * (1.0 + 3.0 * t) + 0.5 * self.bend[k] * th);
+        let second = other.s[k] * (1.0 + u * (3.0 + u * 6.0))
+            - uh * (other.slope[k] * (1.0 + 3.0 * u) - 0.5 * other.bend[k] * uh);
+        if (-0.5..1.5).contains(&t) {
+            u * u * u * first + t * t * t * second
+        } else {
+            otherwise
+        }
+    }
 }
 
 impl<'a> Search<'a> {
+    /// Looks on every ray before it is asked which are there. Five of six are after two.
+    const LOOKS: u32 = 2;
+    /// Against endless searches.
+    const MOST_LOOKS: u32 = 40;
+    /// Longest last step \[m\]: so far the radius changes evenly.
+    const LONGEST_STEP_M: f32 = 1000.0;
+    /// A shorter step than this leads nowhere: near an end of the ray rounding may put what is wanted beyond it.
+    const STUCK_M: f64 = 1e-3;
+
     #[inline(always)]
-    pub(crate) fn new(columns: &'a Columns) -> Self {
+    pub(crate) fn new(columns: &'a Columns, medium: &'a LayeredMedium) -> Self {
         Self {
             columns,
-            count: 0,
+            medium,
+            searching: [false; RAYS],
+            looks: [0; RAYS],
             lane: [0; RAYS],
-            r0_squared: [1.0; RAYS],
+            r0_squared: [columns.ground_m() * columns.ground_m(); RAYS],
             tangent: [0.0; RAYS],
             low: [0.0; RAYS],
             high: [0.0; RAYS],
+            target: [1.0; RAYS],
+            sign: [1.0; RAYS],
+            tolerance: [0.0; RAYS],
             s: [0.0; RAYS],
             now: [1.0; RAYS],
             sigma: [1.0; RAYS],
-            target: [1.0; RAYS],
-            sign: [1.0; RAYS],
-            tolerance: [f64::INFINITY; RAYS],
+            gradient: [0.0; RAYS],
+            before: Places::NONE,
             place: Lookups::NONE,
             step: [0.0; RAYS],
         }
     }
 
-    /// Adds a ray: the distance at which a share `lost` of the light of a wavelength is lost, which must lie within `length_m`.
-    /// `sigma` is the extinction coefficient at the start \[m⁻¹\].
+    /// Begins with the `k`-th ray: the distance at which a share `lost` of the light of a wavelength is lost, which must lie within
+    /// `length_m`. `start` is where among the medium's nodes the ray starts.
     #[inline(always)]
-    pub(crate) fn add(
+    pub(crate) fn begin(
         &mut self,
+        k: usize,
         along: &RayColumns<'_>,
+        start: (usize, f32),
         lane: usize,
-        mut sigma: f64,
         lost: f64,
         length_m: f64,
     ) {
-        let wanted = optical_depth(lost);
+        let wanted = f64::from(optical_depth(lost));
         let (columns, geometry) = (self.columns, along.geometry);
         let at_start = columns.optical_depth_at(along.start, lane);
+        let (mut sigma, per_radius) = self.medium.extinction_and_slope(lane, start);
+        let mut gradient = -per_radius * geometry.tangent_m() / geometry.start_m();
         let (mut low, mut high) = (0.0, length_m);
         let (mut s, mut now) = (0.0, at_start);
         let (mut target, mut sign) = (at_start + wanted, 1.0);
@@ -248,168 +343,183 @@ impl<'a> Search<'a> {
                 (target, sign) = (2.0 * lowest - target, -1.0);
                 (low, s, now) = (tangent_m, tangent_m, lowest);
                 sigma = columns.extinction_at(geometry.radius_at(tangent_m), lane);
+                gradient = 0.0;
             }
         }
         let target = target.max(1e-12);
-        let k = self.count;
+        self.searching[k] = true;
+        self.looks[k] = 0;
         self.lane[k] = lane;
         self.r0_squared[k] = geometry.start_squared();
         self.tangent[k] = geometry.tangent_m();
-        (self.low[k], self.high[k], self.s[k]) = (low, high, s);
-        (self.now[k], self.sigma[k]) = (now, sigma);
-        (self.target[k], self.sign[k]) = (target, sign);
+        (self.low[k], self.high[k]) = (low, high);
+        (self.s[k], self.now[k]) = (s, now as f32);
+        (self.sigma[k], self.gradient[k]) = (sigma as f32, gradient as f32);
+        (self.target[k], self.sign[k]) = (target as f32, sign);
+        self.before.x[k] = f32::NAN;
         // Rounding of the columns in f32 adds to what is asked for.
-        self.tolerance[k] = 1e-6 + 1e-5 * wanted + 2e-7 * now.max(target);
-        self.count += 1;
+        self.tolerance[k] = (1e-6 + 1e-5 * wanted + 2e-7 * now.max(target)) as f32;
     }
 
-    /// Searches, for [`Search::found`].
+    /// Whether the `k`-th ray is still searching.
+    #[inline(always)]
+    pub(crate) fn is_searching(&self, k: usize) -> bool {
+        self.searching[k]
+    }
+
+    /// Searches on for a few looks.
     #[inline(always)]
     pub(crate) fn run(&mut self) {
-        // Most rays are there after three looks: so many are taken without asking.
-        const LOOKS: usize = 3;
-        const MOST_LOOKS: usize = 40;
-        // Length of a last step, times the optical depth it makes up \[m\]: where extinction changes by its like in a kilometre,
-        // the step ends 2e-6 of optical depth beside the aim. Columns are told to where it ends.
-        const STRAIGHT_M: f64 = 4e-3;
-        // A shorter step than this leads nowhere: near an end of the ray rounding may put what is wanted beyond it.
-        const STUCK_M: f64 = 1e-3;
-        let (r0_squared, tangent, sign) = (self.r0_squared, self.tangent, self.sign);
-        let (target, tolerance) = (self.target, self.tolerance);
-        let radius_at =
-            |s: &Abreast| all(|k| (r0_squared[k] + s[k] * (s[k] - 2.0 * tangent[k])).sqrt());
-        let mut there = [false; RAYS];
-        // Logarithm of what is missing, distance, and their derivative at the place before.
-        let (mut x0, mut s0, mut d0) = ([0.0; RAYS], [0.0; RAYS], [0.0; RAYS]);
-        for look in 1..=MOST_LOOKS {
-            let (before, now, sigma) = (self.s, self.now, self.sigma);
-            let (low, high) = (self.low, self.high);
-            let x = all(|k| ln(target[k] / now[k]));
-            let slope = all(|k| sign[k] * now[k] / sigma[k]);
-            let newton = all(|k| before[k] + slope[k] * x[k]);
-            let guess = if look == 1 {
-                newton
+        for _ in 0..Self::LOOKS {
+            self.look();
+        }
+    }
+
+    /// Radii at distances.
+    #[inline(always)]
+    fn radius_at(&self, s: &Abreast) -> Abreast {
+        all(|k| (self.r0_squared[k] + s[k] * (s[k] - 2.0 * self.tangent[k])).sqrt())
+    }
+
+    /// Where to look next. Single precision is enough: a guess is not asked for more than the right shell.
+    #[inline(always)]
+    fn aim(&mut self) -> Abreast {
+        let (now, sign) = (self.now, self.sign);
+        let inverse_sigma = all_single(|k| 1.0 / self.sigma[k]);
+        let slope = all_single(|k| sign[k] * now[k] * inverse_sigma[k]);
+        let here = Places {
+            x: all_single(|k| ln(self.target[k] / now[k])),
+            s: single(&self.s),
+            slope,
+            bend: all_single(|k| slope[k] * (1.0 - self.gradient[k] * slope[k] * inverse_sigma[k])),
+        };
+        let before = self.before;
+        self.before = here;
+        let alone = all_single(|k| here.guess(k));
+        let guess = all_single(|k| before.guess_between(&here, k, alone[k]));
+        let (low, high) = (self.low, self.high);
+        let inside = all(|k| {
+            let guess = f64::from(guess[k]);
+            if guess > low[k] && guess < high[k] {
+                guess
             } else {
-                let old = |k: usize| (x0[k], s0[k], d0[k]);
-                all(|k| hermite_at_zero(old(k), (x[k], before[k], slope[k]), newton[k]))
-            };
-            (x0, s0, d0) = (x, before, slope);
-            let s = all(|k| {
-                let inside = guess[k] > low[k] && guess[k] < high[k];
-                let next = if inside {
-                    guess[k]
-                } else {
-                    0.5 * (low[k] + high[k])
-                };
-                if there[k] {
-                    before[k]
-                } else {
-                    next
-                }
-            });
-            let (r, from_tangent) = (radius_at(&s), all(|k| (s[k] - tangent[k]).abs()));
-            let (mut now, mut sigma) = (now, sigma);
-            let place = Lookups::new(self.columns, &r, &from_tangent);
-            for k in 0..self.count {
-                let spectrum = self.columns.spectrum_of(self.lane[k]);
-                (now[k], sigma[k]) = place.at(self.columns, k, spectrum);
+                0.5 * (low[k] + high[k])
             }
-            let missing = all(|k| target[k] - now[k]);
-            // A short step within a shell goes straight, along the densities here.
-            let straight = all(|k| sign[k] * missing[k] / sigma[k]);
-            let end = all(|k| s[k] + straight[k]);
-            let end_r = radius_at(&end);
-            let (below, above) = (place.below, place.above);
-            self.place = place;
-            for k in 0..RAYS {
-                let close =
-                    (missing[k].abs() < tolerance[k]) | ((s[k] - before[k]).abs() < STUCK_M);
-                let short = ((straight[k] * missing[k]).abs() < STRAIGHT_M)
-                    & (end[k] > low[k])
-                    & (end[k] < high[k])
-                    & (below[k] <= end_r[k])
-                    & (end_r[k] <= above[k]);
-                let step = if short & !close { straight[k] } else { 0.0 };
-                self.step[k] = if there[k] { self.step[k] } else { step };
-                there[k] |= close | short;
+        });
+        all(|k| {
+            if self.searching[k] {
+                inside[k]
+            } else {
+                self.s[k]
             }
-            self.low = all(|k| {
-                if sign[k] * missing[k] > 0.0 {
-                    s[k]
-                } else {
-                    low[k]
-                }
-            });
-            self.high = all(|k| {
-                if sign[k] * missing[k] > 0.0 {
-                    high[k]
-                } else {
-                    s[k]
-                }
-            });
-            (self.s, self.now, self.sigma) = (s, now, sigma);
-            if look >= LOOKS && there[..self.count].iter().all(|&there| there) {
-                break;
+        })
+    }
+
+    #[inline(always)]
+    fn look(&mut self) {
+        let s = self.aim();
+        let (sign, tangent) = (self.sign, self.tangent);
+        let r = self.radius_at(&s);
+        let from_tangent = all(|k| s[k] - tangent[k]);
+        let place = Lookups::new(self.columns, &r, &all(|k| from_tangent[k].abs()));
+        let mut now = self.now;
+        let (mut at_below, mut at_above) = ([1.0; RAYS], [1.0; RAYS]);
+        for k in 0..RAYS {
+            if self.searching[k] {
+                let (lane, node) = (self.lane[k], place.node[k]);
+                now[k] = place.optical_depth(self.columns, k, self.columns.spectrum_of(lane));
+                at_below[k] = self.medium.extinction_row(node - 1)[lane];
+                at_above[k] = self.medium.extinction_row(node)[lane];
             }
         }
+        let rise = all_single(|k| at_above[k] - at_below[k]);
+        let sigma = all_single(|k| at_below[k] + place.fraction[k] * rise[k]);
+        let gradient = all_single(|k| {
+            let climbs = from_tangent[k] as f32 / r[k] as f32;
+            rise[k] * place.inverse_thickness[k] as f32 * climbs
+        });
+        // The last step within the shell: σ e + ½ σ' e² is missing.
+        let missing = all_single(|k| sign[k] * (self.target[k] - now[k]));
+        let step = all_single(|k| {
+            let end_squared = sigma[k] * sigma[k] + 2.0 * gradient[k] * missing[k];
+            2.0 * missing[k] / (sigma[k] + end_squared.max(0.0).sqrt())
+        });
+        let end = all(|k| s[k] + f64::from(step[k]));
+        let end_r = self.radius_at(&end);
+        let (low, high, before) = (self.low, self.high, self.s);
+        for k in 0..RAYS {
+            let close =
+                (missing[k].abs() < self.tolerance[k]) | ((s[k] - before[k]).abs() < Self::STUCK_M);
+            let short = (step[k].abs() < Self::LONGEST_STEP_M)
+                & (end[k] > low[k])
+                & (end[k] < high[k])
+                & (place.below[k] <= end_r[k])
+                & (end_r[k] <= place.above[k]);
+            let last = if short & !close { step[k] } else { 0.0 };
+            self.step[k] = if self.searching[k] {
+                last
+            } else {
+                self.step[k]
+            };
+            self.looks[k] += 1;
+            self.searching[k] &= !(close | short) & (self.looks[k] < Self::MOST_LOOKS);
+        }
+        self.low = all(|k| if missing[k] > 0.0 { s[k] } else { low[k] });
+        self.high = all(|k| if missing[k] > 0.0 { high[k] } else { s[k] });
+        (self.s, self.now, self.sigma, self.gradient) = (s, now, sigma, gradient);
+        self.place = place;
     }
 
     /// The distance \[m\] that the search on the `k`-th ray came to, and the node below; leaves the columns up to there in `out`.
     #[inline(always)]
     pub(crate) fn found(&self, k: usize, along: &RayColumns<'_>, out: &mut [f32]) -> (f64, usize) {
-        let distance_m = self.s[k] + self.step[k];
-        let step = (self.sign[k] * self.step[k]) as f32;
-        let r = along.geometry.radius_at(distance_m);
-        self.place.stepped(self.columns, k, (step, r), out);
+        let distance_m = self.s[k] + f64::from(self.step[k]);
+        let step = self.sign[k] * self.step[k];
+        let middle = along
+            .geometry
+            .radius_at(self.s[k] + 0.5 * f64::from(self.step[k]));
+        let end = along.geometry.radius_at(distance_m);
+        self.place
+            .stepped(self.columns, k, step, [middle, end], out);
         along.since_start(distance_m - self.tangent[k], out);
         (distance_m, self.place.node[k] - 1)
     }
 }
 
-/// Value at x = 0 of the cubic in x with given values and slopes at two places, (x, value, −slope) each; `otherwise`, if x = 0
-/// lies far outside them.
+/// The optical depth on which a share of the light is lost, −ln(1 − x), to a relative error of 5e-7.
 #[inline(always)]
-fn hermite_at_zero(first: (f64, f64, f64), second: (f64, f64, f64), otherwise: f64) -> f64 {
-    let ((x0, s0, d0), (x1, s1, d1)) = (first, second);
-    let h = x0 - x1;
-    // Share of the way from the first place to the second one at which x = 0.
-    let t = x0 / h;
-    let u = 1.0 - t;
-    let cubic =
-        u * u * (s0 * (1.0 + 2.0 * t) + d0 * h * t) + t * t * (s1 * (3.0 - 2.0 * t) - d1 * h * u);
-    if (-1.0..3.0).contains(&t) {
-        cubic
+fn optical_depth(lost: f64) -> f32 {
+    // The logarithm of a rounded number, over how much it was rounded (Kahan).
+    let left = (1.0 - lost) as f32;
+    let rounded = 1.0 - left;
+    let depth = -ln(left);
+    if rounded > 0.0 {
+        depth * (lost as f32 / rounded)
     } else {
-        otherwise
+        lost as f32
     }
 }
 
-/// The optical depth on which a share of the light is lost, −ln(1 − x), to a relative error of 1e-8 or 1e-16 / x.
+/// Natural logarithm of a number above zero, to 2e-7 or that relative error, whichever is larger.
 #[inline(always)]
-fn optical_depth(lost: f64) -> f64 {
-    -ln(1.0 - lost)
-}
-
-/// Natural logarithm of a number above zero to some 1e-8, more than a step of Newton's needs.
-#[inline(always)]
-fn ln(x: f64) -> f64 {
-    const MANTISSA: u64 = (1 << 52) - 1;
+fn ln(x: f32) -> f32 {
+    const MANTISSA: u32 = (1 << 23) - 1;
     // x = 2^e m, m from √½ to √2: the bits of √½ are taken off before the exponent is cut out, and put back to the rest.
-    const ROOT_HALF: u64 = 0x3fe6_a09e_667f_3bcd;
-    const TWO_52: f64 = 4_503_599_627_370_496.0;
-    let shifted = x.to_bits().wrapping_sub(ROOT_HALF).wrapping_add(1023 << 52);
-    let exponent = f64::from_bits((shifted >> 52) | TWO_52.to_bits()) - (TWO_52 + 1023.0);
-    let m = f64::from_bits((shifted & MANTISSA).wrapping_add(ROOT_HALF));
+    const ROOT_HALF: u32 = 0x3f35_04f3;
+    const TWO_23: f32 = 8_388_608.0;
+    let shifted = x.to_bits().wrapping_sub(ROOT_HALF).wrapping_add(127 << 23);
+    let exponent = f32::from_bits((shifted >> 23) | TWO_23.to_bits()) - (TWO_23 + 127.0);
+    let m = f32::from_bits((shifted & MANTISSA).wrapping_add(ROOT_HALF));
     let y = (m - 1.0) / (m + 1.0);
     let y2 = y * y;
     let series = 1.0 + y2 * (1.0 / 3.0 + y2 * (1.0 / 5.0 + y2 * (1.0 / 7.0 + y2 * (1.0 / 9.0))));
-    exponent * std::f64::consts::LN_2 + 2.0 * y * series
+    exponent * std::f32::consts::LN_2 + 2.0 * y * series
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::columns::tests::medium;
-    use super::super::{LayeredMedium, Medium, Ray, RayGeometry};
+    use super::super::{Medium, Ray, RayGeometry};
     use super::*;
     use crate::math::{Rng, Vec3};
 
@@ -478,8 +588,8 @@ mod tests {
                 .collect();
             let lane = (rng.uniform() * 20.0) as usize;
             let mut wanted = Vec::new();
-            let mut search = Search::new(&columns);
-            for ((ray, length_m, meets_ground), along) in rays.iter().zip(&along) {
+            let mut search = Search::new(&columns, &m);
+            for (k, ((ray, length_m, meets_ground), along)) in rays.iter().zip(&along).enumerate() {
                 if *meets_ground {
                     along.to(*length_m, &mut out);
                 } else {
@@ -487,14 +597,16 @@ mod tests {
                 }
                 let end = columns.optical_depth_at(&out, lane);
                 let lost = rng.uniform() * -(-end).exp_m1();
-                let sigma = m.coefficients_at(lane, ray.origin).0;
-                wanted.push((lost, sigma));
-                search.add(along, lane, sigma, lost, *length_m);
+                let start = m.locate_radius(ray.origin.length());
+                wanted.push((lost, start));
+                search.begin(k, along, start, lane, lost, *length_m);
             }
-            search.run();
+            while (0..RAYS).any(|k| search.is_searching(k)) {
+                search.run();
+            }
             for k in 0..RAYS {
                 let (_, length_m, _) = rays[k];
-                let (lost, sigma) = wanted[k];
+                let (lost, start) = wanted[k];
                 let (distance_m, node) = search.found(k, &along[k], &mut out);
                 assert!((0.0..=length_m).contains(&distance_m));
                 let r = along[k].geometry.radius_at(distance_m);
@@ -516,10 +628,12 @@ mod tests {
                 let missed = (reached - depth).abs();
                 assert!(missed < allowed + 2e-5, "{reached} {depth}");
                 close += u32::from(missed < allowed);
-                let mut alone = Search::new(&columns);
-                alone.add(&along[k], lane, sigma, lost, length_m);
-                alone.run();
-                assert_eq!(alone.found(0, &along[k], &mut again), (distance_m, node));
+                let mut alone = Search::new(&columns, &m);
+                alone.begin(3, &along[k], start, lane, lost, length_m);
+                while alone.is_searching(3) {
+                    alone.run();
+                }
+                assert_eq!(alone.found(3, &along[k], &mut again), (distance_m, node));
                 assert_eq!(out, again);
             }
         }
@@ -529,13 +643,15 @@ mod tests {
     #[test]
     fn logarithms_keep_their_error() {
         for i in 0..20_000 {
-            let x = 1e-12 * 1e14f64.powf(f64::from(i) / 2e4);
-            assert!((ln(x) - x.ln()).abs() < 2e-8, "{x}");
+            let x = 1e-12 * 1e14f32.powf(i as f32 / 2e4);
+            let exact = f64::from(x).ln();
+            let error = f64::from(ln(x)) - exact;
+            assert!(error.abs() < 2e-7 * exact.abs().max(1.0), "{x}: {error:e}");
             let lost = 1e-9f64.powf(f64::from(i) / 2e4);
             let exact = -(-lost).ln_1p();
-            if lost < 0.999_999 {
-                let error = optical_depth(lost) / exact - 1.0;
-                assert!(error.abs() < 2e-7, "{lost}: {error:e}");
+            if lost < 0.999 {
+                let error = f64::from(optical_depth(lost)) / exact - 1.0;
+                assert!(error.abs() < 5e-7, "{lost}: {error:e}");
             }
         }
     }

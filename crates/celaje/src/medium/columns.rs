@@ -187,10 +187,7 @@ impl Columns {
     /// The same from the distance `s` = r μ \[m\], ≥ 0, to the point of the straight line that is nearest the planet's centre.
     #[inline(always)]
     pub(crate) fn to_top_from(&self, r: f64, s: f64, out: &mut [f32]) {
-        let at = self.look_up(r, s);
-        for (b, out) in lanes::blocks_mut(out).enumerate() {
-            *out = at.block(b);
-        }
+        to_top_from(self, r, s, out);
     }
 
     /// `s_k` at one wavelength.
@@ -301,6 +298,19 @@ impl Lookup<'_> {
         lanes::each(|k| {
             w[0] * r0[k] + w[1] * r1[k] + w[2] * r2[k] + w[3] * r3[k] + length * shell[k]
         })
+    }
+}
+
+/// [`Columns::to_top_from`]; it has too many callers to become part of each.
+#[multiversion(targets(
+    "x86_64+avx512f+avx512bw+avx512dq+avx512vl",
+    "x86_64+avx2+fma",
+    "aarch64+neon"
+))]
+fn to_top_from(columns: &Columns, r: f64, s: f64, out: &mut [f32]) {
+    let at = columns.look_up(r, s);
+    for (b, out) in lanes::blocks_mut(out).enumerate() {
+        *out = at.block(b);
     }
 }
 

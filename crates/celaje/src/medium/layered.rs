@@ -256,14 +256,19 @@ impl LayeredMedium {
         (i, ((r - below) / (above - below)).clamp(0.0, 1.0) as f32)
     }
 
-    /// Extinction coefficient at a place found by [`LayeredMedium::locate_radius`], at one wavelength \[m⁻¹\].
+    /// Extinction coefficient at a place found by [`LayeredMedium::locate_radius`], at one wavelength \[m⁻¹\], and its derivative by the
+    /// radius \[m⁻²\].
     #[inline(always)]
-    pub(crate) fn extinction_at(&self, lane: usize, (i, t): (usize, f32)) -> f64 {
+    pub(crate) fn extinction_and_slope(&self, lane: usize, (i, t): (usize, f32)) -> (f64, f64) {
         let (below, above) = (
             self.extinction_row(i)[lane],
             self.extinction_row(i + 1)[lane],
         );
-        f64::from(below + t * (above - below))
+        let thickness_m = self.radius_m[i + 1] - self.radius_m[i];
+        (
+            f64::from(below + t * (above - below)),
+            f64::from(above - below) / thickness_m,
+        )
     }
 
     /// One species' σ_s at a place found by [`LayeredMedium::locate_radius`] [m⁻¹], one row.

@@ -14,7 +14,7 @@ mod ray;
 mod ray_columns;
 mod shell;
 
-pub(crate) use abreast::{all, Lookups, Search, RAYS};
+pub(crate) use abreast::{all, Abreast, Lookups, Search, RAYS};
 pub use atmosphere::{
     air_scattering, from_atmosphere, gas_absorption, grid_with_edges, GasAbsorption,
 };

@@ -30,6 +30,12 @@ impl RayGeometry {
         self.tangent_m
     }
 
+    /// Radius at the start \[m\].
+    #[inline(always)]
+    pub(crate) fn start_m(&self) -> f64 {
+        self.r0
+    }
+
     /// Square of the radius at the start \[m²\].
     #[inline(always)]
     pub(super) fn start_squared(&self) -> f64 {

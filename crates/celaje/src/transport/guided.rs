@@ -155,7 +155,8 @@ impl Walker<'_> {
         let asked = t.ahead.u.wavelength as f32;
         let lead = Lead::new(guide, node, asked, &scattered, up, sun);
         let lead = (lead.total > 0.0 && lead.total.is_finite()).then_some((guide, &lead));
-        self.scatter(t, lead);
+        let turn = self.turn(t, lead.map(|(_, lead)| lead));
+        self.scatter(t, &turn, lead);
         true
     }
 

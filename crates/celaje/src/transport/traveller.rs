@@ -8,10 +8,31 @@ use crate::math::lanes;
 use crate::math::{Rng, Sampler, Vec3};
 use crate::medium::{Columns, LayeredMedium, Medium, RayColumns};
 
+/// What a path begins with, once the first order is done.
+pub(super) struct Departure {
+    /// Where its ray meets the air, if it does.
+    pub leg: Option<Leg>,
+    pub sampler: Sampler,
+    pub beam: Sunbeam,
+}
+
+impl Departure {
+    /// One that leads nowhere.
+    pub fn new(scene: &Scene<'_, LayeredMedium>) -> Self {
+        Self {
+            leg: None,
+            sampler: Sampler::new(Rng::new(0, 0), None),
+            beam: Sunbeam::middle(&scene.sun),
+        }
+    }
+}
+
 /// A path between its start at the observer and its end. [`super::walker::Walker`] takes several of them along side by side.
 pub(super) struct Traveller {
     /// Whether it goes on.
     pub walking: bool,
+    /// Whether it waits for the place of its next collision to be found.
+    pub searching: bool,
     /// The number of the vertex it is on its way to, from 1.
     pub order: u32,
     pub leg: Leg,
@@ -59,6 +80,7 @@ impl Traveller {
         let (lanes, count) = (scene.medium.lanes(), columns.count());
         Self {
             walking: false,
+            searching: false,
             order: 0,
             leg: Leg {
                 at: Vec3::default(),
@@ -91,10 +113,22 @@ impl Traveller {
         }
     }
 
+    /// Whether it is about to set out on a leg.
+    #[inline(always)]
+    pub fn sets_out(&self) -> bool {
+        self.walking && !self.searching
+    }
+
+    /// Whether it stands at a collision, once all that could be found are.
+    #[inline(always)]
+    pub fn stands_at_collision(&self) -> bool {
+        self.walking && !self.searching && self.ahead.collides
+    }
+
     /// Whether it stands at a collision whose sunlight nobody has found yet.
     #[inline(always)]
     pub fn wants_sun(&self) -> bool {
-        self.walking && self.ahead.collides && self.order > 1
+        self.stands_at_collision() && self.order > 1
     }
 
     /// Looks up the columns towards the sun from where it stands.

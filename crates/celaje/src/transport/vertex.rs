@@ -1,6 +1,6 @@
 //! What happens to a path at a vertex: what it meets on its way there, the sun that it finds, and where it goes on to.
 
-use super::first_order::{columns_to_sun, Rows};
+use super::first_order::columns_to_sun;
 use super::guide::Guide;
 use super::guided::Lead;
 use super::present::{Peak, Present};
@@ -9,6 +9,7 @@ use super::walker::Walker;
 use super::way::Leg;
 use super::weights::Weights;
 use crate::math::lanes::{self, blocks, blocks_mut, each, BLOCK};
+use crate::math::Vec3;
 use crate::medium::Medium;
 
 /// Share of the scattered directions that are drawn about the sun, times the sine of the sun's elevation there, and the largest: the
@@ -19,6 +20,16 @@ const MOST_ABOUT_SUN: f64 = 0.25;
 
 /// How far below a vertex's horizon directions are still drawn about the sun, as sine of an angle.
 const SUN_IN_REACH: f64 = 0.02;
+
+/// A new direction.
+pub(super) struct Turn {
+    pub direction: Vec3,
+    /// The share of directions that are drawn about the sun, and the density there of those \[sr⁻¹\].
+    share: f32,
+    about_sun: f32,
+    /// See [`Peak::gain`].
+    gain: f32,
+}
 
 impl Walker<'_> {
     /// From the columns to the end of a way: what each wavelength loses in the air on it (`lost`), and what reaches the ground
@@ -64,8 +75,7 @@ impl Walker<'_> {
         let factor = scale * (sunward_m / radius_m / std::f64::consts::PI) as f32;
         let rows = blocks(&self.reached).zip(blocks(&t.beam.irradiance));
         let rows = rows.zip(blocks_mut(&mut self.light));
-        self.columns
-            .optical_depth(&self.rows.sun_columns, &mut self.tau);
+        self.columns.optical_depth(&self.sun_columns, &mut self.tau);
         for (((&reached, &beam), light), tau) in rows.zip(blocks(&self.tau)) {
             let sunlight = lanes::exp_neg_block(tau);
             *light = each(|i| reached[i] * sunlight[i] * (beam[i] * factor));
@@ -197,12 +207,8 @@ impl Walker<'_> {
     /// Columns towards the sun; `false` where the planet stands before it.
     #[inline(always)]
     fn look_at_sun(&mut self, radius_m: f64, sunward_m: f64) -> bool {
-        let Rows {
-            sun_columns,
-            sun_scratch,
-            ..
-        } = &mut self.rows;
-        columns_to_sun(self.columns, radius_m, sunward_m, sun_columns, sun_scratch)
+        let (out, scratch) = (&mut self.sun_columns, &mut self.sun_scratch);
+        columns_to_sun(self.columns, radius_m, sunward_m, out, scratch)
     }
 
     /// Whether a vertex sees the sun above its horizon, which from aloft lies below the horizontal, or close to it: a peak about a sun
@@ -258,17 +264,16 @@ impl Walker<'_> {
         );
     }
 
-    /// Draws a direction from the mean of all wavelengths' phase functions, or a share of the time from [`Peak`] about the sun, and
-    /// goes on with the weights divided by the density of both together.
+    /// Draws a direction from the mean of all wavelengths' phase functions, or a share of the time from [`Peak`] about the sun.
     ///
     /// The next vertex sees the sun through its phase function, whose peak a path would rarely meet by itself: drawing
     /// the direction from that peak first makes both vertices' peaks common.
     #[inline(always)]
-    pub fn scatter(&mut self, t: &mut Traveller, lead: Option<(&Guide, &Lead)>) {
+    pub fn turn(&self, t: &Traveller, lead: Option<&Lead>) -> Turn {
         let (medium, sun) = (self.scene.medium, t.beam.towards);
         let (mut u, direction) = (t.ahead.u.turn, t.leg.direction);
         let mut led = None;
-        if let Some((_, lead)) = lead {
+        if let Some(lead) = lead {
             match lead.lead(u) {
                 Ok(direction) => led = Some(direction),
                 Err(rest) => u = rest,
@@ -280,11 +285,26 @@ impl Walker<'_> {
             (None, Some((peak, _, true))) => sun.deflected_by_turn(peak.sample(u[1]), u[2]),
             (None, _) => self.weights.draw(medium, direction, u),
         };
-        let (mut about_sun_density, mut share, mut gain) = (0.0, 0.0, 1.0);
-        if let Some((peak, s, _)) = about_sun {
+        let mut turn = Turn {
+            direction: new,
+            share: 0.0,
+            about_sun: 0.0,
+            gain: 1.0,
+        };
+        if let Some((peak, share, _)) = about_sun {
             let density = peak.density(sun.dot(new));
-            (about_sun_density, share, gain) = (density as f32, s as f32, peak.gain(density));
+            turn.share = share as f32;
+            turn.about_sun = density as f32;
+            turn.gain = peak.gain(density);
         }
+        turn
+    }
+
+    /// Goes on in a new direction, with the weights divided by its density.
+    #[inline(always)]
+    pub fn scatter(&mut self, t: &mut Traveller, turn: &Turn, lead: Option<(&Guide, &Lead)>) {
+        let medium = self.scene.medium;
+        let (direction, new) = (t.leg.direction, turn.direction);
         let Weights {
             split,
             split_sum,
@@ -308,7 +328,7 @@ impl Walker<'_> {
             stokes.scatter(medium, (split, split_sum), weight, (direction, new));
         }
         let mut density =
-            share * about_sun_density + (1.0 - share) * lanes::tree_sum(mixed) / *total;
+            turn.share * turn.about_sun + (1.0 - turn.share) * lanes::tree_sum(mixed) / *total;
         if let Some((guide, lead)) = lead {
             density = lead.mixed(guide, new, density);
         }
@@ -319,7 +339,7 @@ impl Walker<'_> {
             0.0
         };
         lanes::scale(weight, factor);
-        t.gain = gain;
+        t.gain = turn.gain;
         t.leg.direction = new;
     }
 }

@@ -2,17 +2,19 @@
 //!
 //! What one path does next waits for what it did before: a lookup for the distance, the distance for a random choice. While it waits
 //! the processor works on the next path, if that does the same thing. So paths walk together, and each thing is done for all of
-//! them before the next one (`docs/decisions/0018-paths-side-by-side.md`). They share nothing but memory: each comes out as
+//! them before the next one (`docs/decisions/0018-paths-side-by-side.md` and 0019). They share nothing but memory: each comes out as
 //! it would alone.
 
-use super::first_order::{FirstOrder, Rows};
+use multiversion::multiversion;
+
+use super::first_order::{FirstOrder, Sunbeam};
 use super::guide::Guide;
 use super::present::Peak;
 use super::render::Start;
 use super::scene::Scene;
 use super::stokes::Stokes;
-use super::traveller::Traveller;
-use super::way::{Leg, Way};
+use super::traveller::{Departure, Traveller};
+use super::way::Way;
 use super::weights::Weights;
 use crate::math::lanes::{self, Block, BLOCK};
 use crate::medium::{all, Columns, LayeredMedium, Lookups, Medium, Ray, Search, RAYS};
@@ -38,10 +40,9 @@ pub(super) struct Walker<'a> {
     /// Whether it leads the paths of the present pixel.
     pub led: bool,
     pub max_order: u32,
-    pub first: FirstOrder,
+    pub first: FirstOrder<'a>,
     /// What paths carry at their start.
     pub start_weight: Vec<f32>,
-    pub rows: Rows,
     /// Phase functions of the species in a direction, shape (species, lanes).
     pub phase: Vec<f32>,
     /// Whether light comes from outside.
@@ -58,9 +59,15 @@ pub(super) struct Walker<'a> {
     /// Light on its way to the result, and `Σ split · F11` of it, one row each.
     pub light: Vec<f32>,
     pub mixed: Vec<f32>,
-    /// Optical depths under work, one row.
+    /// Optical depths under work, one row, and columns towards the sun.
     pub tau: Vec<f32>,
+    pub sun_columns: Vec<f32>,
+    pub sun_scratch: Vec<f32>,
+    /// A beam for the sun's disc.
+    disc: Sunbeam,
+    pub departures: Vec<Departure>,
     pub travellers: Vec<Traveller>,
+    pub search: Search<'a>,
 }
 
 impl<'a> Walker<'a> {
@@ -79,9 +86,8 @@ impl<'a> Walker<'a> {
             guide,
             led: false,
             max_order: max_order.unwrap_or(u32::MAX).min(MAX_VERTICES),
-            first: FirstOrder::new(scene),
+            first: FirstOrder::new(scene, columns),
             start_weight: vec![0.0; lanes],
-            rows: Rows::new(lanes, columns.count()),
             phase: vec![0.0; lanes * species],
             background: scene.background.iter().any(|&l| l > 0.0),
             peak,
@@ -92,7 +98,12 @@ impl<'a> Walker<'a> {
             light: vec![0.0; lanes],
             mixed: vec![0.0; lanes],
             tau: vec![0.0; lanes],
+            sun_columns: vec![0.0; columns.count()],
+            sun_scratch: vec![0.0; columns.count()],
+            disc: Sunbeam::middle(&scene.sun),
+            departures: (0..RAYS).map(|_| Departure::new(scene)).collect(),
             travellers: (0..PATHS).map(|_| Traveller::new(scene, columns)).collect(),
+            search: Search::new(columns, medium),
         }
     }
 
@@ -118,8 +129,7 @@ impl<'a> Walker<'a> {
     #[inline(always)]
     fn guess(&mut self, centre: Option<&Ray>) {
         let medium = self.scene.medium;
-        self.first
-            .prepare(self.scene, self.columns, &mut self.rows, centre);
+        self.first.prepare(centre);
         self.led = false;
         let (Some(guide), Some(ray)) = (self.guide, centre) else {
             return;
@@ -151,24 +161,30 @@ impl<'a> Walker<'a> {
     /// Adds `factor` times the radiance of the sun's disc along a ray that meets it.
     #[inline(always)]
     pub fn add_disc(&mut self, ray: &Ray, mu_squared: f64, factor: f32, out: &mut [f32]) {
-        let (scene, rows) = (self.scene, &mut self.rows);
         self.first
-            .add_disc(scene, self.columns, rows, ray, (mu_squared, factor), out);
+            .add_disc(ray, (mu_squared, factor), &mut self.disc, out);
     }
 
     /// Adds one unbiased estimate of the radiance arriving along each ray, at every wavelength.
     #[inline(always)]
     pub fn walk(&mut self, starts: &mut [Start], out: &mut [f32]) {
         let mut travellers = std::mem::take(&mut self.travellers);
-        let mut waiting = starts.iter_mut();
+        let mut departures = std::mem::take(&mut self.departures);
+        let mut waiting = starts.chunks_mut(RAYS);
+        let (mut next, mut ready) = (0, 0);
         loop {
             let mut anyone = false;
             for t in &mut travellers {
                 while !t.walking {
-                    let Some(start) = waiting.next() else {
-                        break;
-                    };
-                    self.set_out(t, start, out);
+                    if next == ready {
+                        let Some(starts) = waiting.next() else {
+                            break;
+                        };
+                        first_order(self, starts, &mut departures, out);
+                        (next, ready) = (0, starts.len());
+                    }
+                    self.set_out(t, &mut departures[next]);
+                    next += 1;
                 }
                 anyone |= t.walking;
             }
@@ -178,12 +194,15 @@ impl<'a> Walker<'a> {
             match self.guide {
                 Some(guide) if self.led => {
                     for t in travellers.iter_mut().filter(|t| t.walking) {
-                        t.walking = self.collide_guided(guide, t);
+                        t.walking = collide_guided(self, guide, t);
                     }
                 }
                 _ => self.collide(&mut travellers),
             }
-            for t in travellers.iter_mut().filter(|t| t.order > 0) {
+            for t in travellers
+                .iter_mut()
+                .filter(|t| t.order > 0 && !t.searching)
+            {
                 t.order += 1;
                 t.walking &= t.order <= self.max_order;
                 if !t.walking {
@@ -192,47 +211,25 @@ impl<'a> Walker<'a> {
             }
         }
         self.travellers = travellers;
+        self.departures = departures;
     }
 
-    /// Adds what is found along the first ray itself, light that was not scattered or once, and sends a path along it for the rest,
-    /// unless it sees no air.
+    /// Sends a path along its first ray, unless that sees no air.
     #[inline(always)]
-    fn set_out(&mut self, t: &mut Traveller, start: &mut Start, out: &mut [f32]) {
-        let Start { ray, sampler } = start;
-        self.first.add(
-            self.scene,
-            self.columns,
-            &mut self.rows,
-            ray,
-            self.max_order >= 1,
-            sampler,
-            &mut t.beam,
-            out,
-        );
-        if self.max_order < 2 {
-            return;
-        }
-        let medium = self.scene.medium;
-        let Some((span, _)) = ray.through_air(medium.ground_radius_m(), medium.top_radius_m())
-        else {
+    fn set_out(&self, t: &mut Traveller, departure: &mut Departure) {
+        let Some(leg) = departure.leg.take_if(|_| self.max_order >= 2) else {
             return;
         };
-        let at = ray.at(span.start_m);
-        let radius_m = at.length();
-        t.leg = Leg {
-            at,
-            radius_m,
-            place: medium.locate_radius(radius_m),
-            direction: ray.direction,
-        };
+        t.leg = leg;
+        std::mem::swap(&mut t.beam, &mut departure.beam);
+        t.sampler = departure.sampler.clone();
         t.weight.copy_from_slice(&self.start_weight);
         t.first_mass = 0.0;
         t.gain = 1.0;
         t.found.fill(0.0);
         if let Some(stokes) = &mut t.stokes {
-            stokes.start(ray.direction);
+            stokes.start(t.leg.direction);
         }
-        t.sampler = sampler.clone();
         t.order = 1;
         t.walking = true;
     }
@@ -252,19 +249,16 @@ impl<'a> Walker<'a> {
     /// Forces the next collision of every path, in the air or with the ground; finds the sun there, unless it is the first vertex,
     /// whose sun the line integral has found; and leaves in a new direction.
     ///
-    /// Paths end where roulette says so, or there is nothing to meet.
+    /// Paths end where roulette says so, or there is nothing to meet. One whose collision is not found yet waits for the next round.
     #[inline(always)]
     fn collide(&mut self, travellers: &mut [Traveller]) {
-        self.survey(travellers);
-        for t in travellers.iter_mut().filter(|t| t.walking) {
+        survey(self, travellers);
+        for t in travellers.iter_mut().filter(|t| t.sets_out()) {
             t.walking = self.decide(t);
         }
-        self.find_collisions(travellers);
+        find_collisions(self, travellers);
         self.look_at_sun_from_all(travellers);
-        for t in travellers
-            .iter_mut()
-            .filter(|t| t.walking && t.ahead.collides)
-        {
+        for t in travellers.iter_mut().filter(|t| t.stands_at_collision()) {
             t.walking = self.pass_collision(t);
         }
     }
@@ -277,10 +271,12 @@ impl<'a> Walker<'a> {
         if !self.can_scatter(t) {
             return false;
         }
+        // Drawn before its time: while this waits for its roots, sunlight is summed.
+        let turn = self.turn(t, None);
         if t.order > 1 && t.sees_sun {
             self.find_sun(t);
         }
-        self.scatter(t, None);
+        self.scatter(t, &turn, None);
         true
     }
 
@@ -290,7 +286,7 @@ impl<'a> Walker<'a> {
         let columns = self.columns;
         let (mut r, mut s) = ([columns.ground_m(); RAYS], [0.0; RAYS]);
         for (k, t) in travellers.iter_mut().enumerate() {
-            if t.walking {
+            if t.sets_out() {
                 t.ahead.u.draw(&mut t.sampler);
                 let way = Way::new(&t.leg, self.scene.medium);
                 t.walking = way.is_some();
@@ -300,14 +296,14 @@ impl<'a> Walker<'a> {
         }
         let start = Lookups::new(columns, &r, &s);
         for (k, t) in travellers.iter_mut().enumerate() {
-            if t.walking {
+            if t.sets_out() {
                 start.columns(columns, k, &mut t.ahead.start);
                 (r[k], s[k]) = t.ahead.end(columns.ground_m());
             }
         }
         let end = Lookups::new(columns, &r, &s);
         for (k, t) in travellers.iter_mut().enumerate() {
-            if t.walking {
+            if t.sets_out() {
                 end.columns(columns, k, &mut t.columns);
                 t.ahead.complete(columns, &mut t.columns);
             }
@@ -357,33 +353,33 @@ impl<'a> Walker<'a> {
         true
     }
 
-    /// Finds where paths collide, and moves them there.
+    /// Searches for where paths collide, and moves those there for whom it is found.
     #[inline(always)]
-    fn find_collisions(&self, travellers: &mut [Traveller]) {
-        let medium = self.scene.medium;
-        let mut search = Search::new(self.columns);
-        let (mut who, mut n) = ([0; RAYS], 0);
-        for (i, t) in travellers.iter().enumerate() {
-            if t.walking && t.ahead.collides {
-                let ahead = &t.ahead;
-                let sigma = medium.extinction_at(ahead.lane, t.leg.place);
-                let along = ahead.along(self.columns);
+    fn find_collisions(&mut self, travellers: &mut [Traveller]) {
+        let (medium, columns, search) = (self.scene.medium, self.columns, &mut self.search);
+        let mut anyone = false;
+        for (k, t) in travellers.iter_mut().enumerate() {
+            let ahead = &t.ahead;
+            if t.walking && ahead.collides && !t.searching {
+                let along = ahead.along(columns);
                 let (lane, lost) = (ahead.lane, ahead.lost);
-                search.add(&along, lane, sigma, lost, ahead.way.length_m);
-                who[n] = i;
-                n += 1;
+                search.begin(k, &along, t.leg.place, lane, lost, ahead.way.length_m);
+                t.searching = true;
             }
+            anyone |= t.searching;
         }
-        if n == 0 {
+        if !anyone {
             return;
         }
         search.run();
-        for (k, &i) in who[..n].iter().enumerate() {
-            let t = &mut travellers[i];
-            let along = t.ahead.along(self.columns);
-            let (distance_m, node) = search.found(k, &along, &mut t.columns);
-            t.leg.move_to(&t.ahead.way, distance_m);
-            t.leg.place = medium.locate_in_shell(node, t.leg.radius_m);
+        for (k, t) in travellers.iter_mut().enumerate() {
+            if t.searching && !search.is_searching(k) {
+                t.searching = false;
+                let along = t.ahead.along(columns);
+                let (distance_m, node) = search.found(k, &along, &mut t.columns);
+                t.leg.move_to(&t.ahead.way, distance_m);
+                t.leg.place = medium.locate_in_shell(node, t.leg.radius_m);
+            }
         }
     }
 
@@ -408,6 +404,50 @@ impl<'a> Walker<'a> {
             }
         }
     }
+}
+
+// What a path does is cut here into functions for every vector width, too: in one piece it takes minutes to compile.
+
+#[multiversion(targets(
+    "x86_64+avx512f+avx512bw+avx512dq+avx512vl",
+    "x86_64+avx2+fma",
+    "aarch64+neon"
+))]
+fn first_order<'a>(
+    walker: &mut Walker<'a>,
+    starts: &mut [Start],
+    departures: &mut [Departure],
+    out: &mut [f32],
+) {
+    let scattered = walker.max_order >= 1;
+    walker.first.add(starts, scattered, departures, out);
+}
+
+#[multiversion(targets(
+    "x86_64+avx512f+avx512bw+avx512dq+avx512vl",
+    "x86_64+avx2+fma",
+    "aarch64+neon"
+))]
+fn collide_guided<'a>(walker: &mut Walker<'a>, guide: &Guide, t: &mut Traveller) -> bool {
+    walker.collide_guided(guide, t)
+}
+
+#[multiversion(targets(
+    "x86_64+avx512f+avx512bw+avx512dq+avx512vl",
+    "x86_64+avx2+fma",
+    "aarch64+neon"
+))]
+fn survey<'a>(walker: &Walker<'a>, travellers: &mut [Traveller]) {
+    walker.survey(travellers);
+}
+
+#[multiversion(targets(
+    "x86_64+avx512f+avx512bw+avx512dq+avx512vl",
+    "x86_64+avx2+fma",
+    "aarch64+neon"
+))]
+fn find_collisions<'a>(walker: &mut Walker<'a>, travellers: &mut [Traveller]) {
+    walker.find_collisions(travellers);
 }
 
 #[cfg(test)]
