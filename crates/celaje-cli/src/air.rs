@@ -1,6 +1,6 @@
 //! Place, time and air: the options that conditions come from.
 
-use celaje::climate::{Albedo, Conditions, Overrides, OzoneClimate};
+use celaje::climate::{due_south, Albedo, Condition, Conditions, Overrides, OzoneClimate};
 use celaje::composition::aerosol::AerosolType;
 use celaje::composition::upper::{Mesosphere, Stratosphere};
 use celaje::error::check_range;
@@ -102,8 +102,12 @@ impl WhereWhen {
                 Conditions::at(&site, &instant, &overrides)?
             }
             (None, None, Some(elevation_deg)) => {
-                let azimuth_deg = self.sun_azimuth.unwrap_or(180.0);
-                Conditions::from_sun(elevation_deg, azimuth_deg, &overrides)?
+                let azimuth_deg = self.sun_azimuth.unwrap_or(due_south().value);
+                let mut conditions = Conditions::from_sun(elevation_deg, azimuth_deg, &overrides)?;
+                if self.sun_azimuth.is_none() {
+                    conditions.sun_azimuth_deg = due_south();
+                }
+                conditions
             }
             (at, time, _) => return Err(incomplete(at.is_some(), time.is_some())),
         };
@@ -122,11 +126,14 @@ impl WhereWhen {
         let mut overrides = self.overrides(air)?;
         overrides.sun_distance_au = Some(sun.distance_au());
         let azimuth_deg = self.sun_azimuth.unwrap_or(sun.azimuth_deg());
-        Ok(Conditions::from_sun(
-            sun.elevation_deg(),
-            azimuth_deg,
-            &overrides,
-        )?)
+        let mut conditions = Conditions::from_sun(sun.elevation_deg(), azimuth_deg, &overrides)?;
+        let of_tables = |value, unit| Condition::new(value, unit, "tables", "no sun given: theirs");
+        conditions.sun_elevation_deg = of_tables(sun.elevation_deg(), "deg");
+        conditions.sun_distance_au = of_tables(sun.distance_au(), "au");
+        if self.sun_azimuth.is_none() {
+            conditions.sun_azimuth_deg = of_tables(sun.azimuth_deg(), "deg");
+        }
+        Ok(conditions)
     }
 
     /// The sun in each frame from the time or the elevation that begins a film to the one that ends it.

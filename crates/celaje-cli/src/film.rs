@@ -111,6 +111,7 @@ pub fn run(args: &FilmArgs) -> Result<(), Failure> {
     let outputs = Output::all(&args.output, sensor.as_ref())?;
     let names: Vec<PathBuf> = outputs.iter().map(|o| o.path(1)).collect();
     interrupt::set_targets(&names);
+    plan.note_false_colours();
     plan.on_threads(|| shoot(args, &plan, &suns, sensor.as_ref(), look, outputs))
 }
 

@@ -47,14 +47,9 @@ pub struct IrradianceArgs {
         help_heading = "Plane"
     )]
     tilt: f64,
-    /// Azimuth that a tilted plane faces, degrees clockwise from north
-    #[arg(
-        long,
-        value_name = "DEG",
-        default_value_t = 180.0,
-        help_heading = "Plane"
-    )]
-    tilt_azimuth: f64,
+    /// Azimuth that a tilted plane faces, degrees clockwise from north [default: 180]
+    #[arg(long, value_name = "DEG", help_heading = "Plane")]
+    tilt_azimuth: Option<f64>,
     #[command(flatten)]
     method: MethodOptions,
 }
@@ -76,10 +71,17 @@ pub fn run(args: &IrradianceArgs) -> std::result::Result<(), Failure> {
         ));
     }
     check_range("tilt", args.tilt, "deg", 0.0..=180.0)?;
-    check_range("tilt azimuth", args.tilt_azimuth, "deg", -360.0..=360.0)?;
+    let azimuth_deg = args.tilt_azimuth.unwrap_or(180.0);
+    check_range("tilt azimuth", azimuth_deg, "deg", -360.0..=360.0)?;
+    if args.tilt_azimuth.is_some() && args.tilt == 0.0 {
+        return Err(Failure::usage(
+            "--tilt-azimuth is given, but the plane is level",
+            "add --tilt, such as --tilt 35, or leave --tilt-azimuth out",
+        ));
+    }
     let plane = Tilt {
         tilt_deg: args.tilt,
-        azimuth_deg: args.tilt_azimuth,
+        azimuth_deg,
     };
     plan.note_single_paths();
     let irradiance =

@@ -59,6 +59,24 @@ enum Command {
     List(list::ListArgs),
 }
 
+/// Options of a command that it refuses, for they belong to methods that it does not use. Helps leave them out.
+const OUT_OF_PLACE: [(&str, &[&str]); 2] = [
+    ("film", &["method", "spp", "noise", "time_limit", "seed"]),
+    ("irradiance", &["noise", "time_limit"]),
+];
+
+/// The command with its options.
+fn command() -> clap::Command {
+    OUT_OF_PLACE
+        .iter()
+        .fold(Cli::command(), |cli, (name, options)| {
+            cli.mut_subcommand(name, |command| {
+                let hidden = options.iter();
+                hidden.fold(command, |c, option| c.mut_arg(option, |arg| arg.hide(true)))
+            })
+        })
+}
+
 /// Runs the command `celaje` with its arguments, the first of which is the name of the program; returns the exit code.
 ///
 /// 0 done, 1 failed, 2 bad usage, 130 interrupted. Listens to Ctrl-C, for the rest of the life of the process: if work is
@@ -109,7 +127,7 @@ fn dispatch(args: &[OsString]) -> Result<(), Failure> {
 
 /// The arguments understood, or none if help or the version was asked for and given.
 fn parse(args: &[OsString]) -> Result<Option<ArgMatches>, Failure> {
-    match Cli::command().try_get_matches_from(args) {
+    match command().try_get_matches_from(args) {
         Ok(matches) => Ok(Some(matches)),
         Err(e) => match e.kind() {
             ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
@@ -181,7 +199,7 @@ mod tests {
 
     #[test]
     fn the_options_are_consistent() {
-        Cli::command().debug_assert();
+        command().debug_assert();
     }
 
     #[test]
@@ -208,7 +226,7 @@ mod tests {
 
     #[test]
     fn every_option_has_a_heading_and_one_line_of_meaning() {
-        for command in Cli::command().get_subcommands() {
+        for command in command().get_subcommands() {
             for arg in command.get_arguments().filter(|a| !a.is_positional()) {
                 let id = arg.get_id();
                 let help = arg.get_help().map(ToString::to_string).unwrap_or_default();

@@ -1,4 +1,4 @@
-//! `celaje merge`: films of different seeds to one with less noise.
+//! `celaje merge`: pictures of different seeds to one with less noise.
 
 use std::path::PathBuf;
 
@@ -10,7 +10,7 @@ use crate::interrupt;
 use crate::options::Colour;
 use crate::render::{check_outputs, paths_and_noise};
 
-/// Put renderings of one sky with different seeds together
+/// Put pictures of one sky with different seeds together, to one with less noise
 #[derive(Debug, Args)]
 #[command(
     allow_negative_numbers = true,
@@ -55,6 +55,6 @@ pub fn run(args: &MergeArgs) -> Result<(), Failure> {
     }
     let paths = said.iter().find(|(name, _)| name == "spp");
     let paths = paths.map_or("an unknown number of", |(_, n)| n.as_str());
-    eprintln!("merged {count} films; {}", paths_and_noise(&film, paths));
+    eprintln!("merged {count} pictures; {}", paths_and_noise(&film, paths));
     Ok(())
 }

@@ -350,6 +350,28 @@ impl Plan {
         }
     }
 
+    /// Tells whoever makes pictures from few wavelengths that their colours are not those of the sky.
+    pub fn note_false_colours(&self) {
+        // Where the eye sees next to nothing more, and a step that its curves and the sky's spectrum bear.
+        const EYE_NM: (f64, f64) = (400.0, 700.0);
+        const LONGEST_STEP_NM: f64 = 20.0;
+        let nm = self.wavelength.nm();
+        let (first, last) = (nm[0], nm[nm.len() - 1]);
+        let fine = nm.windows(2).all(|w| {
+            let seen = w[1] > EYE_NM.0 && w[0] < EYE_NM.1;
+            !seen || w[1] - w[0] <= LONGEST_STEP_NM
+        });
+        if !fine || first > EYE_NM.0 || last < EYE_NM.1 {
+            eprintln!(
+                "note: colours made of {} from {first} to {last} nm are not what eyes see; --wavelengths 380:780:5 shows that",
+                match nm.len() {
+                    1 => "one wavelength".to_owned(),
+                    n => format!("{n} wavelengths"),
+                }
+            );
+        }
+    }
+
     /// Builds the sky, or takes it from the tables.
     pub fn sky(&self) -> Result<Sky, Failure> {
         if let Some(tables) = &self.baked {

@@ -113,6 +113,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     if let Some(note) = night(&plan.conditions) {
         eprintln!("{note}");
     }
+    plan.note_false_colours();
 
     let start = Instant::now();
     plan.on_threads(|| {

@@ -16,12 +16,12 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 
 use clap::parser::ValueSource;
-use clap::{Arg, ArgAction, ArgMatches, Command, CommandFactory};
+use clap::{Arg, ArgAction, ArgMatches, Command};
 use toml::Value;
 
 use crate::failure::Failure;
 use crate::options::unknown;
-use crate::{usage_failure, Cli};
+use crate::{command, usage_failure};
 
 /// Name of the positional argument of the commands that take a scene.
 const SCENE: &str = "scene";
@@ -49,7 +49,7 @@ pub fn with_scene(args: &[OsString], matches: ArgMatches) -> Result<ArgMatches, 
     let (front, back) = args.split_at(args.len().min(2));
     let all = front.iter().cloned().chain(words).chain(back.to_vec());
     // The command line alone was understood: what is wrong now comes from the scene.
-    Cli::command()
+    command()
         .try_get_matches_from(all)
         .map_err(|e| usage_failure(&e).within(&place))
 }
@@ -57,7 +57,7 @@ pub fn with_scene(args: &[OsString], matches: ArgMatches) -> Result<ArgMatches, 
 /// The scene's words as `--name=value`, without those that the command line overrules.
 fn options(text: &str, command: &str, given: &ArgMatches) -> Result<Vec<OsString>, Failure> {
     let table: toml::Table = text.parse().map_err(|e| broken(text, &e))?;
-    let cli = Cli::command();
+    let cli = crate::command();
     let known: Vec<&Arg> = cli
         .get_subcommands()
         .filter(|c| takes_scene(c))
@@ -164,7 +164,7 @@ mod tests {
     /// The options of a scene beside the arguments of `celaje render`.
     fn words(scene: &str, arguments: &[&str]) -> Vec<String> {
         let all = ["celaje", "render"].iter().chain(arguments);
-        let matches = Cli::command().try_get_matches_from(all).unwrap();
+        let matches = command().try_get_matches_from(all).unwrap();
         let (name, given) = matches.subcommand().unwrap();
         let words = options(scene, name, given).unwrap();
         words

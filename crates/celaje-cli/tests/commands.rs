@@ -391,8 +391,8 @@ fn progress_is_silent_off_a_terminal_unless_asked_for() {
         let output = run_well(folder.path(), &[&sky[..], more].concat());
         stderr(&output).lines().count()
     };
-    assert_eq!(lines(&[]), 1, "the summary");
-    assert_eq!(lines(&["--progress", "off"]), 1);
+    assert_eq!(lines(&[]), 2, "a note on the colours, and the summary");
+    assert_eq!(lines(&["--progress", "off"]), 2);
     let long = [
         "render",
         "--sun-elevation",
@@ -427,6 +427,11 @@ fn help_is_quick_and_complete() {
         "Colour:",
     ] {
         assert!(help.contains(heading), "{heading}");
+    }
+    // What a command refuses is not among its options.
+    for (command, refused) in [("film", "--spp <"), ("irradiance", "--noise <")] {
+        let help = stdout(&run_well(folder.path(), &[command, "--help"]));
+        assert!(!help.contains(refused), "{command}: {help}");
     }
     let version = stdout(&run_well(folder.path(), &["--version"]));
     assert_eq!(version, format!("celaje {}\n", env!("CARGO_PKG_VERSION")));
@@ -573,6 +578,28 @@ fn aerosol_is_loaded_by_depth_visibility_turbidity_or_definition() {
     // Koschmieder at 20 km: 0.196 - 0.012 of air per km through 2 km of scale height 8 km, and the free troposphere.
     let seen = depth(&["--visibility", "20"]);
     assert!((0.30..0.38).contains(&seen), "{seen}");
+}
+
+/// The scene that the documentation shows is one, and its three wavelengths instead of 81 are told not to make true colours.
+#[test]
+fn the_scene_of_the_documentation_renders() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/scene.toml");
+    let small = ["render", scene, "--size=12x8", "--accuracy=preview"];
+    let said = stderr(&run_well(
+        folder.path(),
+        &[&small[..], &["--wavelengths=400:700:20"]].concat(),
+    ));
+    assert!(!said.contains("note: colours"), "{said}");
+    assert_eq!(listing(folder.path()), ["dust.exr", "dust.png"]);
+    let said = stderr(&run_well(
+        folder.path(),
+        &[&small[..], &["--wavelengths=450,550,650"]].concat(),
+    ));
+    assert!(
+        said.contains("note: colours made of 3 wavelengths from 450 to 650 nm"),
+        "{said}"
+    );
 }
 
 /// A scene's files are pictures: the air of the same scene is printed.

@@ -113,6 +113,7 @@ fn tables_serve_every_command() {
         (&["--aod=0.3"][..], "--aod is given beside --tables"),
         (&["--wavelengths=500"], "are not those of the tables"),
         (&["--tilt=190"], "tilt = 190 deg is outside [0, 180]"),
+        (&["--tilt-azimuth=90"], "but the plane is level"),
     ] {
         let args = [&["irradiance", tables, "--sun-elevation=5"], more].concat();
         let output = run(path, &args);

@@ -125,7 +125,7 @@ fn films_of_two_seeds_are_merged() {
         &[&["a.exr", "b.exr", "-o", "c.exr", "-o", "c.png"]],
     );
     assert!(
-        said.starts_with("merged 2 films; 128 paths per pixel"),
+        said.starts_with("merged 2 pictures; 128 paths per pixel"),
         "{said}"
     );
     let [(a, _), (b, _), (c, metadata)] =

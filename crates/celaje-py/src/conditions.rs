@@ -126,8 +126,14 @@ impl Conditions {
                 climate::Conditions::at(&site, &instant, &overrides)?
             }
             (None, None, Some(elevation_deg)) => {
-                let azimuth_deg = overrides.sun_azimuth_deg.unwrap_or(180.0);
-                climate::Conditions::from_sun(elevation_deg, azimuth_deg, &overrides)?
+                let azimuth = overrides.sun_azimuth_deg;
+                let azimuth_deg = azimuth.unwrap_or(climate::due_south().value);
+                let mut all =
+                    climate::Conditions::from_sun(elevation_deg, azimuth_deg, &overrides)?;
+                if azimuth.is_none() {
+                    all.sun_azimuth_deg = climate::due_south();
+                }
+                all
             }
             (Some(_), None, _) => return Err(half_a_place("a place is given, but no time").into()),
             (None, Some(_), _) => return Err(half_a_place("a time is given, but no place").into()),

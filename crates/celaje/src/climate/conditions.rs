@@ -72,6 +72,11 @@ pub struct Conditions {
     pub ground: Option<Ground>,
 }
 
+/// The sun's azimuth where only its elevation is given.
+pub fn due_south() -> Condition<f64> {
+    Condition::new(180.0, "deg", "default", "no place given: due south")
+}
+
 impl Conditions {
     /// Conditions at a place and an instant, found unless overridden.
     ///

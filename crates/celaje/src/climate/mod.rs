@@ -23,7 +23,7 @@ pub use aerosol::{aerosol_climate, AerosolClimate};
 pub use albedo::{Albedo, AlbedoPreset, ALBEDO_PRESETS};
 pub use atmosphere::{blended_atmosphere, AtmosphereBlend, AtmosphereClass};
 pub use condition::Condition;
-pub use conditions::{Conditions, CLIMATE};
+pub use conditions::{due_south, Conditions, CLIMATE};
 pub use elevation::{elevation, Elevation};
 pub use ground::{Ground, GROUND_TYPES};
 pub use mixture::{AerosolMixture, MixtureComponent, MixtureLayer};
