@@ -155,11 +155,21 @@ fn usage_failure(error: &clap::Error) -> Failure {
         .take_while(|line| !line.is_empty())
         .collect();
     let message = message.join(" ");
-    let message = message.strip_prefix("error: ").unwrap_or(&message);
+    let message = message
+        .strip_prefix("error: ")
+        .unwrap_or(&message)
+        .replace("invalid float literal", "not a number")
+        .replace("invalid digit found in string", "not a whole number");
+    let otherwise = match error.kind() {
+        ErrorKind::ValueValidation => {
+            "'celaje COMMAND --help' tells what every option takes, and its unit"
+        }
+        _ => "'celaje --help' tells the commands, 'celaje COMMAND --help' their options",
+    };
     let hint = lines
         .filter_map(|line| line.trim().strip_prefix("tip: "))
         .find(|tip| !tip.starts_with("to pass"))
-        .unwrap_or("'celaje --help' tells the commands, 'celaje COMMAND --help' their options");
+        .unwrap_or(otherwise);
     Failure::usage(message, hint)
 }
 

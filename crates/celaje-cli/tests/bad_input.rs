@@ -245,6 +245,9 @@ fn unknown_names_list_the_known_ones_and_the_nearest() {
     refused(&["rendre"], 2, "'rendre'", "'render'");
     refused(&["render", "--albeod", "0.2"], 2, "--albeod", "--albedo");
     refused(&[], 2, "no command", "celaje --help");
+    refused(&["render", "--aod", "much"], 2, "'much'", "and its unit");
+    refused(&["render", "--aod", "much"], 2, "not a number", "COMMAND");
+    refused(&["render", "--spp", "1.5"], 2, "whole number", "COMMAND");
 }
 
 #[test]

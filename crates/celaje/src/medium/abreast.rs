@@ -278,7 +278,7 @@ impl Places {
 }
 
 impl<'a> Search<'a> {
-    /// Looks on every ray before it is asked which are there. Five of six are after two.
+    /// Looks on every ray before it is asked which are there: nine of ten are after two.
     const LOOKS: u32 = 2;
     /// Against endless searches.
     const MOST_LOOKS: u32 = 40;
@@ -461,7 +461,7 @@ impl<'a> Search<'a> {
             } else {
                 self.step[k]
             };
-            self.looks[k] += 1;
+            self.looks[k] += u32::from(self.searching[k]);
             self.searching[k] &= !(close | short) & (self.looks[k] < Self::MOST_LOOKS);
         }
         self.low = all(|k| if missing[k] > 0.0 { s[k] } else { low[k] });
