@@ -156,7 +156,7 @@ impl Stretch {
 
     /// Columns along it; those to the top at its start are in `ends` already.
     #[inline(always)]
-    fn from_start<'a>(&self, columns: &'a Columns, ends: &'a mut Ends) -> RayColumns<'a> {
+    fn with_start<'a>(&self, columns: &'a Columns, ends: &'a mut Ends) -> RayColumns<'a> {
         let lowest_m = self.geometry.grazes(columns.ground_m());
         if let Some(lowest_m) = lowest_m {
             columns.to_top_from(lowest_m, 0.0, &mut ends.tangent);
@@ -421,7 +421,7 @@ impl<'a> FirstOrder<'a> {
                 continue;
             };
             begin.columns(self.columns, k, &mut ends.start);
-            let along = stretch.from_start(self.columns, &mut ends);
+            let along = stretch.with_start(self.columns, &mut ends);
             if !stretch.meets_ground && !self.dark_universe {
                 self.see_through(&along);
                 let behind = blocks(&self.light).zip(blocks(&self.scene.background));
