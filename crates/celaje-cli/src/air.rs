@@ -4,7 +4,7 @@ use celaje::climate::{due_south, Albedo, Condition, Conditions, Overrides, Ozone
 use celaje::composition::aerosol::AerosolType;
 use celaje::composition::upper::{Mesosphere, Stratosphere};
 use celaje::error::check_range;
-use celaje::place::{parse_time, parse_time_at, Site, SunPosition};
+use celaje::place::{clock_doubt, parse_time, parse_time_at, Site, SunPosition};
 use celaje::spectrum::SolarSpectrum;
 use clap::Args;
 
@@ -99,6 +99,9 @@ impl WhereWhen {
             (Some(at), Some(time), _) => {
                 let site = Site::parse(at)?;
                 let instant = parse_time(time, &site, self.local)?;
+                if let Some(doubt) = self.local.then(|| clock_doubt(time, &site)).flatten() {
+                    eprintln!("note: {doubt}");
+                }
                 Conditions::at(&site, &instant, &overrides)?
             }
             (None, None, Some(elevation_deg)) => {

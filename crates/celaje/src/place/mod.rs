@@ -14,4 +14,4 @@ pub use moon::MoonPosition;
 pub use site::Site;
 pub use sun::SunPosition;
 pub use sun_events::{SunEvent, SunTimes};
-pub use when::{local_time, parse_time, parse_time_at};
+pub use when::{clock_doubt, local_time, parse_time, parse_time_at};

@@ -1,7 +1,7 @@
 //! Times as people give them: with an offset, by the clock of the place, by what the sun does, or now.
 
 use jiff::civil::DateTime;
-use jiff::tz::TimeZone;
+use jiff::tz::{AmbiguousOffset, TimeZone};
 use jiff::Timestamp;
 
 use super::sun_events::{SunEvent, SunTimes};
@@ -69,6 +69,32 @@ pub fn parse_time_at(text: &str, site: &Site, local: bool, now: &Instant) -> Res
         }
     };
     base.later_by(offset_s)
+}
+
+/// What is doubtful about a local time, if the clock of the place skips it or shows it twice; [`parse_time`] says how it is taken.
+///
+/// ```
+/// # use celaje::place::{clock_doubt, Site};
+/// let zaragoza = Site::named("Zaragoza")?;
+/// assert!(clock_doubt("2026-10-25T02:30", &zaragoza).is_some_and(|doubt| doubt.contains("twice")));
+/// assert_eq!(clock_doubt("2026-10-25T12:30", &zaragoza), None);
+/// # Ok::<(), celaje::Error>(())
+/// ```
+pub fn clock_doubt(text: &str, site: &Site) -> Option<String> {
+    let text = text.trim();
+    let fields: Instant = format!("{text}Z").parse().ok()?;
+    let zone = zone(site).ok()??;
+    let ambiguous = zone.to_ambiguous_timestamp(civil(&fields)?);
+    let name = site.time_zone().unwrap_or("its time zone");
+    match ambiguous.offset() {
+        AmbiguousOffset::Unambiguous { .. } => None,
+        AmbiguousOffset::Gap { .. } => Some(format!(
+            "the clocks of {name} skip {text}; it is taken as if they had not"
+        )),
+        AmbiguousOffset::Fold { before, .. } => Some(format!(
+            "the clocks of {name} show {text} twice; it is taken as the first, at {before} from UTC"
+        )),
+    }
 }
 
 /// An instant by the clocks of a time zone of the IANA database: `2026-06-21T20:30:00+02:00`.
@@ -180,10 +206,16 @@ fn in_zone(fields: &Instant, zone: &TimeZone) -> Result<Instant> {
         |e: jiff::Error| Error::invalid(format!("no such local time: {e}"), "give the time in UTC");
     let seconds = fields.unix_seconds();
     let whole = seconds.floor();
-    let utc = Timestamp::from_second(whole as i64).map_err(beyond)?;
-    let civil: DateTime = TimeZone::UTC.to_datetime(utc);
+    let civil = civil(fields)
+        .ok_or_else(|| Error::invalid("no such local time", "give the time in UTC"))?;
     let stamp = zone.to_timestamp(civil).map_err(beyond)?;
     Instant::from_unix_seconds(stamp.as_second() as f64 + (seconds - whole))
+}
+
+/// The fields that an instant has in UTC, to whole seconds.
+fn civil(instant: &Instant) -> Option<DateTime> {
+    let utc = Timestamp::from_second(instant.unix_seconds().floor() as i64).ok()?;
+    Some(TimeZone::UTC.to_datetime(utc))
 }
 
 /// An event of the sun on a date of the place's calendar, today's if none is given.
@@ -258,6 +290,17 @@ mod tests {
             read("2026-10-25T02:30", &zaragoza, true).unwrap(),
             "2026-10-25T00:30:00Z"
         );
+        let doubt = |text: &str| clock_doubt(text, &zaragoza).unwrap_or_default();
+        assert!(doubt("2026-03-29T02:30").contains("skip"));
+        assert!(doubt("2026-10-25T02:30").contains("at +02 from UTC"));
+        for sure in [
+            "2026-03-29T03:30",
+            "2026-10-25T02:30Z",
+            "sunset",
+            "2026-10-25 noon",
+        ] {
+            assert_eq!(doubt(sure), "", "{sure}");
+        }
         let kathmandu = Site::named("Kathmandu").unwrap();
         assert_eq!(
             read("2026-06-22T00:15", &kathmandu, true).unwrap(),
