@@ -334,7 +334,8 @@ fn accuracy() {
         "Natraj & Hovenier 2012",
         &natraj_hovenier_2012(),
         rayleigh_slabs,
-        1 << 17,
+        // 2^17 paths leave a noise of 0.1 %, which some seeds overstep.
+        1 << 19,
         1e-3,
     );
     compare_all(
