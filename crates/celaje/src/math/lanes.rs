@@ -101,14 +101,6 @@ pub fn scale(a: &mut [f32], s: f32) {
     }
 }
 
-/// `out = a·s`.
-#[inline(always)]
-pub fn scaled(a: &[f32], s: f32, out: &mut [f32]) {
-    for (out, a) in out.iter_mut().zip(a) {
-        *out = a * s;
-    }
-}
-
 /// `out += a·s`.
 #[inline(always)]
 pub fn add_scaled(a: &[f32], s: f32, out: &mut [f32]) {

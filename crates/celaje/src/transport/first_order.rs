@@ -29,6 +29,14 @@ struct Rows {
     sun_scratch: Vec<f32>,
 }
 
+impl Rows {
+    /// From columns up to a place, and those from there to the sun, the columns of the whole way.
+    #[inline(always)]
+    fn go_on_to_sun(&mut self) {
+        lanes::add_scaled(&self.sun_columns, 1.0, &mut self.columns);
+    }
+}
+
 /// Columns to the top from the start of a ray, and from where it is lowest.
 #[derive(Default)]
 struct Ends {
@@ -225,10 +233,7 @@ impl Spots {
         }
         self.view.columns(columns, k, &mut rows.columns);
         along.since_start(self.beyond_m[k], &mut rows.columns);
-        for (c, &sun) in blocks_mut(&mut rows.columns).zip(blocks(sun)) {
-            let view = *c;
-            *c = each(|i| view[i] + sun[i]);
-        }
+        rows.go_on_to_sun();
         true
     }
 }
@@ -316,7 +321,7 @@ impl<'a> FirstOrder<'a> {
         let mut ends = std::mem::take(&mut self.ends);
         let along = stretch.along(self.columns, &mut ends);
         let n = self.light.len();
-        let at = |node: usize| stretch.walk.at(node as f64 / CELLS as f64);
+        let at = |node: usize| stretch.walk.at(node.min(CELLS) as f64 / CELLS as f64);
         for first in (0..=CELLS).step_by(RAYS) {
             let mut on = [None; RAYS];
             for (k, on) in on.iter_mut().enumerate() {
@@ -512,19 +517,16 @@ impl<'a> FirstOrder<'a> {
     #[inline(always)]
     fn reflect(&mut self, stretch: &Stretch, along: &RayColumns<'_>, beam: &Sunbeam) -> bool {
         let at = stretch.ray.at(stretch.length_m);
-        let cosine = at.normalized().dot(beam.towards);
-        let spots = Spots::new(
-            self.columns,
-            &[Some((stretch, stretch.length_m, beam.towards)); RAYS],
-        );
-        if cosine <= 0.0 || !spots.columns(self.columns, 0, along, &mut self.rows) {
+        let (radius_m, sunward_m) = (at.length(), at.dot(beam.towards));
+        let (sun, scratch) = (&mut self.rows.sun_columns, &mut self.rows.sun_scratch);
+        if sunward_m <= 0.0 || !columns_to_sun(self.columns, radius_m, sunward_m, sun, scratch) {
             return false;
         }
-        lanes::scaled(
-            &self.scene.albedo,
-            (cosine / std::f64::consts::PI) as f32,
-            &mut self.light,
-        );
+        along.to(stretch.length_m, &mut self.rows.columns);
+        self.rows.go_on_to_sun();
+        self.light.copy_from_slice(&self.scene.albedo);
+        let cosine = sunward_m / radius_m;
+        lanes::scale(&mut self.light, (cosine / std::f64::consts::PI) as f32);
         self.columns
             .optical_depth(&self.rows.columns, &mut self.rows.tau);
         attenuate(&mut self.light, &self.rows.tau, beam);

@@ -222,7 +222,7 @@ impl<'a> Walker<'a> {
         };
         t.leg = leg;
         std::mem::swap(&mut t.beam, &mut departure.beam);
-        t.sampler = departure.sampler.clone();
+        std::mem::swap(&mut t.sampler, &mut departure.sampler);
         t.weight.copy_from_slice(&self.start_weight);
         t.first_mass = 0.0;
         t.gain = 1.0;
@@ -360,7 +360,7 @@ impl<'a> Walker<'a> {
         let mut anyone = false;
         for (k, t) in travellers.iter_mut().enumerate() {
             let ahead = &t.ahead;
-            if t.walking && ahead.collides && !t.searching {
+            if t.sets_out() && ahead.collides {
                 let along = ahead.along(columns);
                 let (lane, lost) = (ahead.lane, ahead.lost);
                 search.begin(k, &along, t.leg.place, lane, lost, ahead.way.length_m);
