@@ -11,7 +11,8 @@ use serde_json::{json, Value};
 
 use crate::failure::Failure;
 use crate::interrupt;
-use crate::options::{condition_entries, wavelengths, Air, WhereWhen};
+use crate::options::{wavelengths, Air, WhereWhen};
+use crate::plan::condition_entries;
 use crate::write_stdout;
 
 /// Show what the air is made of: profiles, optical depths, phase functions

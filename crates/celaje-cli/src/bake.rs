@@ -13,7 +13,8 @@ use clap::Args;
 
 use crate::failure::Failure;
 use crate::interrupt;
-use crate::options::{Air, Plan, Switch, WhereWhen};
+use crate::options::{Air, Switch, WhereWhen};
+use crate::plan::Plan;
 use crate::render::no_output;
 
 /// Solve an atmosphere for every sun and keep the tables in a file

@@ -14,7 +14,8 @@ use clap::Args;
 
 use crate::failure::Failure;
 use crate::interrupt;
-use crate::options::{Air, Colour, MethodOptions, Picture, Plan, View, WhereWhen};
+use crate::options::{Air, Colour, MethodOptions, Picture, View, WhereWhen};
+use crate::plan::Plan;
 use crate::progress::Progress;
 use crate::render::{metadata, no_output};
 

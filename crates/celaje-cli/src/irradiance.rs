@@ -11,7 +11,8 @@ use celaje::Result;
 use clap::Args;
 
 use crate::failure::Failure;
-use crate::options::{Air, Disc, MethodOptions, Plan, View, WhereWhen};
+use crate::options::{Air, Disc, MethodOptions, View, WhereWhen};
+use crate::plan::Plan;
 use crate::write_stdout;
 
 /// Irradiance on planes facing the sun and level, as CSV

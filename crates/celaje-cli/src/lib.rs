@@ -4,7 +4,7 @@
 //! [`run`] is the whole command; the program `celaje` and the Python package both call it. Data go to stdout and
 //! into files, everything else to stderr. Everything that a user can get wrong is checked before any work begins.
 //!
-//! One file per command; `options` holds what they share, `scene` turns a scene file into options.
+//! One file per command; `options` holds what they share, `plan` makes a sky of it, `scene` turns a scene file into options.
 
 mod air;
 mod atmosphere;
@@ -17,6 +17,7 @@ mod irradiance;
 mod list;
 mod merge;
 mod options;
+mod plan;
 mod progress;
 mod radiance;
 mod render;

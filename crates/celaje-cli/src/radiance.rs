@@ -10,7 +10,8 @@ use celaje::Film;
 use clap::Args;
 
 use crate::failure::Failure;
-use crate::options::{Air, Disc, MethodOptions, Plan, View, WhereWhen};
+use crate::options::{Air, Disc, MethodOptions, View, WhereWhen};
+use crate::plan::Plan;
 use crate::write_stdout;
 
 /// Spectral radiance in a list of directions, as CSV

@@ -17,7 +17,8 @@ use clap::Args;
 use crate::explain::night;
 use crate::failure::Failure;
 use crate::interrupt;
-use crate::options::{Air, Colour, MethodOptions, Picture, Plan, View, WhereWhen};
+use crate::options::{Air, Colour, MethodOptions, Picture, View, WhereWhen};
+use crate::plan::Plan;
 
 /// Render the sky to .png, .exr, .hdr, .nc
 #[derive(Debug, Args)]
