@@ -1,14 +1,16 @@
 //! A rough idea of where light comes from, for guiding paths in twilight.
 //!
 //! Once the sun is low, nearly all of the light comes from a small part of the air that a path would rarely find by itself. This
-//! solves the same transfer coarsely (isotropic scattering, a few wavelengths, few directions, successive orders on a grid of
-//! height and sun angle) for two things: how much light is scattered at a place, and from where it arrives. Both only steer
-//! random choices, whose densities are divided out: an error here costs noise, never truth.
+//! solves the same transfer coarsely (isotropic scattering but for haze in sunlight, a few wavelengths, few directions, successive
+//! orders on a grid of height and sun angle) for two things: how much light is scattered at a place, and from where it arrives. Both only
+//! steer random choices, whose densities are divided out: an error here costs noise, never truth.
 
 use rayon::prelude::*;
 
 use super::first_order::columns_to_sun;
+use super::present::Peak;
 use super::scene::{Scene, SunLight};
+use crate::math::lanes::{each, Block, BLOCK};
 use crate::math::Vec3;
 use crate::medium::{Columns, LayeredMedium, Medium};
 
@@ -25,16 +27,21 @@ const HEIGHTS: usize = 28;
 const SUNS: usize = 64;
 const BEND: f32 = 0.15;
 
-/// Edges of the elevations \[deg\] between which light is told apart.
+/// Edges of the elevations \[deg\] between which light is told apart, at the ground; [`Horizon`] has those aloft.
 const ELEVATION_EDGES_DEG: [f64; 11] = [
     -90.0, -25.0, -6.0, -2.0, 0.0, 2.0, 5.0, 10.0, 20.0, 40.0, 90.0,
 ];
-const ELEVATIONS: usize = ELEVATION_EDGES_DEG.len() - 1;
+pub(super) const ELEVATIONS: usize = ELEVATION_EDGES_DEG.len() - 1;
 /// Edges of the azimuths from the sun's \[deg\], on both sides of it.
 const AZIMUTH_EDGES_DEG: [f64; 9] = [0.0, 8.0, 20.0, 35.0, 55.0, 80.0, 110.0, 145.0, 180.0];
 const AZIMUTHS: usize = AZIMUTH_EDGES_DEG.len() - 1;
-/// Bins of direction; whole blocks.
-pub(super) const BINS: usize = ELEVATIONS * AZIMUTHS;
+/// Bins of direction, both sides of the sun in one; of one side only, an elevation has a block of them.
+const BINS: usize = ELEVATIONS * AZIMUTHS;
+const _: () = assert!(2 * AZIMUTHS == BLOCK);
+
+/// How sharply haze scatters forwards, see [`forward`]. The mean cosine of 0.84 is more than a haze's own: it has to tell bins apart
+/// that lie side by side. Of 1.03 to 1.3 the best measured.
+const SHARPNESS: f32 = 1.06;
 
 /// Steps of a ray, and successive orders.
 const STEPS: usize = 20;
@@ -50,6 +57,13 @@ pub(super) struct Guide {
     /// Coefficients at the heights \[m⁻¹\].
     sigma_t: Vec<Bands>,
     sigma_s: Vec<Bands>,
+    /// Share of what is scattered at the heights that haze with a peak scatters.
+    peaked: Vec<Bands>,
+    /// Elevations at the heights.
+    horizons: Vec<Horizon>,
+    /// Cosine and sine of the azimuth from the sun's in the middle of each bin, left of the sun and right of it.
+    cos_azimuth: Block,
+    sin_azimuth: Block,
     /// Mean over all directions of the sunlight alone, and of all later light, shape (height, sun).
     sun: Vec<Bands>,
     diffuse: Vec<Bands>,
@@ -57,13 +71,22 @@ pub(super) struct Guide {
     ground: Vec<Bands>,
     /// Power that arrives in each bin, shape (height, sun, band, bin).
     arriving: Vec<f32>,
-    /// Solid angle of each bin \[sr\].
-    solid_angle: [f32; BINS],
     pub albedo: Bands,
     /// Irradiance of the sun above the air.
     irradiance: Bands,
     /// First lane of each band, and the end.
     pub lanes: [usize; BANDS + 1],
+}
+
+/// The elevations at a height. Those about the horizon lie about where it is, and closer the higher the eye: what is bright in twilight
+/// is a band of some ten kilometres there.
+pub(super) struct Horizon {
+    /// Sines of the edges.
+    edge_sines: [f64; ELEVATIONS + 1],
+    /// Sine and cosine in the middle between them.
+    middle: [(f32, f32); ELEVATIONS],
+    /// Solid angle of each bin \[sr\].
+    solid_angle: [f32; BINS],
 }
 
 /// A ray from a node: everything but the sun.
@@ -72,6 +95,13 @@ struct Chord {
     length_m: f64,
     /// What comes through from the ground, if it is met.
     ground: Option<Bands>,
+}
+
+/// Light that is scattered at a node: the same in all directions, and as [`forward`] has it.
+#[derive(Clone, Copy)]
+struct Lit {
+    evenly: Bands,
+    forwards: Bands,
 }
 
 /// A step of a chord.
@@ -105,11 +135,13 @@ impl Place {
     }
 }
 
-/// What is known of a place: scattering and extinction coefficients \[m⁻¹\], and mean radiance of sunlight and of later light.
+/// What is known of a place: scattering and extinction coefficients \[m⁻¹\], haze's share of the former, and mean radiance of sunlight
+/// and of later light.
 #[derive(Clone, Copy)]
 pub(super) struct Known {
     pub sigma_s: Bands,
     pub sigma_t: Bands,
+    pub peaked: Bands,
     pub sun: Bands,
     pub diffuse: Bands,
 }
@@ -143,13 +175,11 @@ fn mix_two(a: Bands, b: Bands, fraction: f32) -> Bands {
     bands(|i| a[i] + fraction * (b[i] - a[i]))
 }
 
-fn sum((a, b): (&Bands, &Bands)) -> Bands {
-    bands(|i| a[i] + b[i])
-}
-
-/// Sine of the elevation in the middle of a bin.
-fn middle_sine(elevation: usize) -> f64 {
-    0.5 * (edge_sine(elevation) + edge_sine(elevation + 1))
+/// A phase function with a peak forwards, times 4π: `(s² − 1) / (s − cos θ)²`, whose mean over the sphere is 1.
+#[inline(always)]
+fn forward(cosine: f32) -> f32 {
+    let away = SHARPNESS - cosine;
+    (SHARPNESS * SHARPNESS - 1.0) / (away * away)
 }
 
 /// The cosine at a node.
@@ -158,8 +188,70 @@ fn sun_cosine(node: usize) -> f64 {
     (f64::from(BEND) * x / (1.0 - x.abs())).clamp(-1.0, 1.0)
 }
 
+impl Horizon {
+    /// That of an eye at a distance from the planet's centre \[m\].
+    fn new(radius_m: f64, ground_m: f64) -> Self {
+        let dip_deg = (ground_m / radius_m).min(1.0).acos().to_degrees();
+        let closer = 1.0 - 0.6 * (dip_deg / 8.0).min(1.0);
+        let mut edge_sines = [0.0; ELEVATIONS + 1];
+        for (sine, edge_deg) in edge_sines.iter_mut().zip(ELEVATION_EDGES_DEG) {
+            let deg = match edge_deg {
+                -25.0..=0.0 => edge_deg - dip_deg,
+                0.0..=10.0 => edge_deg * closer - dip_deg,
+                _ => edge_deg,
+            };
+            *sine = deg.to_radians().sin();
+        }
+        let middle = std::array::from_fn(|e| {
+            let sine = 0.5 * (edge_sines[e] + edge_sines[e + 1]);
+            (sine as f32, (1.0 - sine * sine).sqrt() as f32)
+        });
+        let solid_angle = std::array::from_fn(|bin| {
+            let (e, a) = (bin / AZIMUTHS, bin % AZIMUTHS);
+            let width = (AZIMUTH_EDGES_DEG[a + 1] - AZIMUTH_EDGES_DEG[a]).to_radians();
+            (2.0 * width * (edge_sines[e + 1] - edge_sines[e])) as f32
+        });
+        Self {
+            edge_sines,
+            middle,
+            solid_angle,
+        }
+    }
+
+    /// A direction in a bin of one side: sine of its elevation and its azimuth from the sun's \[rad\], from two numbers in [0, 1).
+    #[inline(always)]
+    pub fn in_bin(&self, bin: usize, u: [f64; 2]) -> (f64, f64) {
+        let (e, a) = (bin / BLOCK, bin % AZIMUTHS);
+        let side = if bin % BLOCK < AZIMUTHS { 1.0 } else { -1.0 };
+        let (below, above) = (self.edge_sines[e], self.edge_sines[e + 1]);
+        let (from, to) = (AZIMUTH_EDGES_DEG[a], AZIMUTH_EDGES_DEG[a + 1]);
+        let phi = (from + u[1] * (to - from)).to_radians();
+        (below + u[0] * (above - below), side * phi)
+    }
+
+    /// The bin of a direction, by the sine of its elevation, the cosine of its azimuth from the sun's and the side of it.
+    #[inline(always)]
+    pub fn bin(&self, sine: f64, cos_azimuth: f64, left: bool) -> usize {
+        let mut e = 0;
+        for &edge in &self.edge_sines[1..ELEVATIONS] {
+            e += usize::from(sine >= edge);
+        }
+        let mut a = if left { 0 } else { AZIMUTHS };
+        for &edge in &AZIMUTH_EDGE_COSINES[1..AZIMUTHS] {
+            a += usize::from(cos_azimuth <= edge);
+        }
+        e * BLOCK + a
+    }
+
+    /// Solid angle of a bin of one side \[sr\].
+    #[inline(always)]
+    pub fn solid_angle(&self, bin: usize) -> f32 {
+        0.5 * self.solid_angle[bin / BLOCK * AZIMUTHS + bin % AZIMUTHS]
+    }
+}
+
 impl Guide {
-    pub fn new(scene: &Scene<'_, LayeredMedium>, columns: &Columns) -> Self {
+    pub fn new(scene: &Scene<'_, LayeredMedium>, columns: &Columns, peak: Option<&Peak>) -> Self {
         let medium = scene.medium;
         let w = medium.wavelength_nm().len();
         let lanes: [usize; BANDS + 1] = std::array::from_fn(|b| b * w / BANDS);
@@ -174,16 +266,38 @@ impl Guide {
             let at = Vec3::new(0.0, 0.0, at_height(node));
             bands(|b| pick(medium.coefficients_at(middle[b], at)) as f32)
         };
+        let peaked = |node: usize| {
+            let place = medium.locate_radius(at_height(node));
+            let species = peak.map_or(&[][..], |peak| &peak.species);
+            bands(|b| {
+                let scattered = |k: &usize| scattered_by(medium, *k, place, middle[b]);
+                let all: f32 = (0..medium.phases().len()).map(|k| scattered(&k)).sum();
+                // Nothing is scattered where there is nothing: the tiny number only keeps 0 / 0 away.
+                species.iter().map(scattered).sum::<f32>() / (all + 1e-30)
+            })
+        };
         let mut guide = Self {
             ground_m,
             inverse_top: (1.0 / (top_m - ground_m)) as f32,
             sigma_t: (0..HEIGHTS).map(|h| coefficients(h, |c| c.0)).collect(),
             sigma_s: (0..HEIGHTS).map(|h| coefficients(h, |c| c.1)).collect(),
+            peaked: (0..HEIGHTS).map(peaked).collect(),
+            horizons: (0..HEIGHTS)
+                .map(|h| Horizon::new(at_height(h), ground_m))
+                .collect(),
+            cos_azimuth: each(|i| middle_azimuth(i % AZIMUTHS).cos() as f32),
+            sin_azimuth: each(|i| {
+                let sine = middle_azimuth(i % AZIMUTHS).sin() as f32;
+                if i < AZIMUTHS {
+                    sine
+                } else {
+                    -sine
+                }
+            }),
             sun: vec![[0.0; BANDS]; HEIGHTS * SUNS],
             diffuse: vec![[0.0; BANDS]; HEIGHTS * SUNS],
             ground: vec![[0.0; BANDS]; SUNS],
             arriving: vec![0.0; HEIGHTS * SUNS * BANDS * BINS],
-            solid_angle: solid_angles(),
             albedo: bands(|b| scene.albedo[middle[b]]),
             irradiance: bands(|b| scene.sun.irradiance[middle[b]]),
             lanes,
@@ -209,7 +323,11 @@ impl Guide {
         let shine = guide.albedo.map(|albedo| albedo / std::f32::consts::PI);
         guide.ground = direct.iter().map(|d| bands(|b| shine[b] * d[b])).collect();
         let chords: Vec<Chord> = (0..HEIGHTS * ELEVATIONS)
-            .map(|i| guide.chord(guide.radius_at(i / ELEVATIONS), middle_sine(i % ELEVATIONS)))
+            .map(|i| {
+                let (h, e) = (i / ELEVATIONS, i % ELEVATIONS);
+                let sine = f64::from(guide.horizons[h].middle[e].0);
+                guide.chord(guide.radius_at(h), sine)
+            })
             .collect();
         for order in 0..ORDERS {
             guide.sweep(&chords, order == ORDERS - 1);
@@ -224,7 +342,7 @@ impl Guide {
 
     /// One more order everywhere: what arrives from all directions, if the scattered light is what is known so far.
     fn sweep(&mut self, chords: &[Chord], last: bool) {
-        let lit: Vec<Bands> = self.sun.iter().zip(&self.diffuse).map(sum).collect();
+        let lit = self.lit();
         let this = &*self;
         let rows: Vec<(Bands, Vec<f32>)> = (0..HEIGHTS * SUNS)
             .into_par_iter()
@@ -238,9 +356,10 @@ impl Guide {
             }
         }
         if last {
-            for bins in self.arriving.chunks_exact_mut(BINS) {
+            for (i, bins) in self.arriving.chunks_exact_mut(BINS).enumerate() {
                 let mean = bins.iter().sum::<f32>() / (4.0 * std::f32::consts::PI);
-                for (bin, &omega) in bins.iter_mut().zip(&self.solid_angle) {
+                let horizon = &self.horizons[i / (SUNS * BANDS)];
+                for (bin, &omega) in bins.iter_mut().zip(&horizon.solid_angle) {
                     *bin = bin.max(LEAST * mean * omega);
                 }
             }
@@ -248,19 +367,19 @@ impl Guide {
     }
 
     /// Mean radiance at a node, and power per bin.
-    fn arrive_at(&self, node: usize, chords: &[Chord], lit: &[Bands]) -> (Bands, Vec<f32>) {
+    fn arrive_at(&self, node: usize, chords: &[Chord], lit: &[Lit]) -> (Bands, Vec<f32>) {
         let (h, mu_sun) = (node / SUNS, sun_cosine(node % SUNS));
         let sin_sun = (1.0 - mu_sun * mu_sun).max(0.0).sqrt();
+        let horizon = &self.horizons[h];
         let from = self.radius_at(h) * mu_sun;
         let (mut mean, mut arriving) = ([0.0; BANDS], vec![0.0; BANDS * BINS]);
         for bin in 0..BINS {
             let (e, a) = (bin / AZIMUTHS, bin % AZIMUTHS);
-            let mu = middle_sine(e);
-            let phi = 0.5 * (AZIMUTH_EDGES_DEG[a] + AZIMUTH_EDGES_DEG[a + 1]).to_radians();
-            let slope = mu * mu_sun + (1.0 - mu * mu).sqrt() * sin_sun * phi.cos();
+            let mu = f64::from(horizon.middle[e].0);
+            let slope = mu * mu_sun + (1.0 - mu * mu).sqrt() * sin_sun * middle_azimuth(a).cos();
             let light = self.along(&chords[h * ELEVATIONS + e], from, slope, lit);
             for b in 0..BANDS {
-                let power = light[b] * self.solid_angle[bin];
+                let power = light[b] * horizon.solid_angle[bin];
                 arriving[b * BINS + bin] = power;
                 mean[b] += power / (4.0 * std::f32::consts::PI);
             }
@@ -314,15 +433,30 @@ impl Guide {
         }
     }
 
+    /// The light at all nodes.
+    fn lit(&self) -> Vec<Lit> {
+        let rows = self.sun.iter().zip(&self.diffuse).enumerate();
+        let lit = rows.map(|(node, (sun, diffuse))| {
+            let peaked = self.peaked[node / SUNS];
+            Lit {
+                evenly: bands(|b| sun[b] * (1.0 - peaked[b]) + diffuse[b]),
+                forwards: bands(|b| sun[b] * peaked[b]),
+            }
+        });
+        lit.collect()
+    }
+
     /// Radiance along a chord; the scalar products of its start \[m\] and its direction with the sun's.
-    fn along(&self, chord: &Chord, from: f64, slope: f64, lit: &[Bands]) -> Bands {
+    fn along(&self, chord: &Chord, from: f64, slope: f64, lit: &[Lit]) -> Bands {
         let mut light = [0.0; BANDS];
+        let peak = forward(slope as f32);
+        let at = |node: usize| bands(|b| lit[node].evenly[b] + peak * lit[node].forwards[b]);
         for step in &chord.steps {
             let mu_sun = (from + slope * step.distance_m) * step.inverse_radius;
             let (s, g) = sun_node(mu_sun);
             let first = step.height * SUNS + s;
-            let below = mix_two(lit[first], lit[first + 1], g);
-            let above = mix_two(lit[first + SUNS], lit[first + SUNS + 1], g);
+            let below = mix_two(at(first), at(first + 1), g);
+            let above = mix_two(at(first + SUNS), at(first + SUNS + 1), g);
             let source = mix_two(below, above, step.fraction);
             light = bands(|b| light[b] + step.weight[b] * source[b]);
         }
@@ -336,7 +470,7 @@ impl Guide {
     /// Raises a guess of the radiance along a ray, one row, to what this solution has: in twilight most of the light has been
     /// scattered more than once, and of some colours nearly all.
     pub fn raise(&self, at: Vec3, direction: Vec3, sun: &SunLight, guess: &mut [f32]) {
-        let lit: Vec<Bands> = self.sun.iter().zip(&self.diffuse).map(sum).collect();
+        let lit = self.lit();
         let (r, towards) = (at.length(), sun.direction);
         let chord = self.chord(r, at.dot(direction) / r);
         let light = self.along(&chord, at.dot(towards), direction.dot(towards), &lit);
@@ -357,7 +491,9 @@ impl Guide {
         let rows = &self.arriving[sun * BANDS * BINS..(sun + 1) * BANDS * BINS];
         bands(|b| {
             (0..BINS)
-                .map(|bin| rows[b * BINS + bin] * middle_sine(bin / AZIMUTHS).max(0.0) as f32)
+                .map(|bin| {
+                    rows[b * BINS + bin] * self.horizons[0].middle[bin / AZIMUTHS].0.max(0.0)
+                })
                 .sum()
         })
     }
@@ -383,6 +519,7 @@ impl Guide {
         Known {
             sigma_s: mix_two(self.sigma_s[h], self.sigma_s[h + 1], f),
             sigma_t: mix_two(self.sigma_t[h], self.sigma_t[h + 1], f),
+            peaked: mix_two(self.peaked[h], self.peaked[h + 1], f),
             sun: place.mix(&self.sun),
             diffuse: place.mix(&self.diffuse),
         }
@@ -404,55 +541,57 @@ impl Guide {
         (h, x - h as f32)
     }
 
-    /// Power per bin at one of the nodes about a place, drawn by `u`, for a path that carries `weight` in the bands.
+    /// One of the nodes about a place, drawn by `u`.
     #[inline(always)]
-    pub fn arriving(&self, place: Place, mut u: f32, weight: &Bands, out: &mut [f32; BINS]) {
-        let mut corner = 3;
-        for (k, &w) in place.weight.iter().enumerate() {
+    pub fn node(&self, place: Place, mut u: f32) -> usize {
+        for (&node, &w) in place.at.iter().zip(&place.weight) {
             u -= w;
             if u < 0.0 {
-                corner = k;
-                break;
+                return node;
             }
         }
-        let first = place.at[corner] * BANDS * BINS;
-        let rows = &self.arriving[first..first + BANDS * BINS];
-        let (r0, rest) = rows.split_at(BINS);
-        let (r1, rest) = rest.split_at(BINS);
-        let (r2, r3) = rest.split_at(BINS);
-        let rows = r0.iter().zip(r1).zip(r2.iter().zip(r3));
-        for (o, ((&a, &b), (&c, &d))) in out.iter_mut().zip(rows) {
-            *o = weight[0] * a + weight[1] * b + weight[2] * c + weight[3] * d;
-        }
+        place.at[3]
     }
 
-    /// A direction in a bin: sine of its elevation and its azimuth from the sun's \[rad\], from two numbers in [0, 1).
+    /// The elevations at a node.
     #[inline(always)]
-    pub fn in_bin(bin: usize, u: [f64; 2]) -> (f64, f64) {
-        let (e, a) = (bin / AZIMUTHS, bin % AZIMUTHS);
-        let (below, above) = (edge_sine(e), edge_sine(e + 1));
-        let (side, v) = if u[1] < 0.5 {
-            (1.0, 2.0 * u[1])
-        } else {
-            (-1.0, 2.0 * u[1] - 1.0)
-        };
-        let (from, to) = (AZIMUTH_EDGES_DEG[a], AZIMUTH_EDGES_DEG[a + 1]);
-        let phi = (from + v * (to - from)).to_radians();
-        (below + u[0] * (above - below), side * phi)
+    pub fn horizon(&self, node: usize) -> &Horizon {
+        &self.horizons[node / SUNS]
     }
 
-    /// The bin of a direction, by the sine of its elevation and the cosine of its azimuth from the sun's.
+    /// Power per bin of one side that arrives at a node and is scattered into the way a path came, one row per elevation. The path carries
+    /// `evenly` and `forwards` in the bands, already multiplied by what of it air and haze scatter; its `direction` is given upwards, towards
+    /// the sun and to the left.
     #[inline(always)]
-    pub fn bin(sine: f64, cos_azimuth: f64) -> usize {
-        let mut e = 0;
-        for edge in 1..ELEVATIONS {
-            e += usize::from(sine >= edge_sine(edge));
+    pub fn arriving(
+        &self,
+        node: usize,
+        evenly: &Bands,
+        forwards: &Bands,
+        direction: [f32; 3],
+    ) -> [Block; ELEVATIONS] {
+        let rows = &self.arriving[node * BANDS * BINS..(node + 1) * BANDS * BINS];
+        let (mut air, mut haze) = ([0.0f32; BINS], [0.0f32; BINS]);
+        for (b, row) in rows.chunks_exact(BINS).enumerate() {
+            for i in 0..BINS {
+                air[i] += evenly[b] * row[i];
+                haze[i] += forwards[b] * row[i];
+            }
         }
-        let mut a = 0;
-        for &edge in &AZIMUTH_EDGE_COSINES[1..AZIMUTHS] {
-            a += usize::from(cos_azimuth <= edge);
+        let horizon = self.horizon(node);
+        let [up, sunward, left] = direction;
+        let flat = each(|i| sunward * self.cos_azimuth[i] + left * self.sin_azimuth[i]);
+        let mut out = [[0.0; BLOCK]; ELEVATIONS];
+        let rows = air.chunks_exact(AZIMUTHS).zip(haze.chunks_exact(AZIMUTHS));
+        for ((out, (air, haze)), &(sine, cosine)) in out.iter_mut().zip(rows).zip(&horizon.middle) {
+            *out = each(|i| {
+                let c = sine * up + cosine * flat[i];
+                // Rayleigh's phase function, times 4π.
+                let rayleigh = 0.75 + 0.75 * c * c;
+                air[i % AZIMUTHS] * rayleigh + haze[i % AZIMUTHS] * forward(c)
+            });
         }
-        e * AZIMUTHS + a
+        out
     }
 
     /// Radius of the ground \[m\].
@@ -460,28 +599,23 @@ impl Guide {
     pub fn ground_m(&self) -> f64 {
         self.ground_m
     }
-
-    /// Solid angle of a bin \[sr\].
-    #[inline(always)]
-    pub fn solid_angle(&self, bin: usize) -> f32 {
-        self.solid_angle[bin]
-    }
 }
 
-/// Sines of [`ELEVATION_EDGES_DEG`].
-const ELEVATION_EDGE_SINES: [f64; ELEVATIONS + 1] = [
-    -1.0,
-    -0.422_618_261_740_699_4,
-    -0.104_528_463_267_653_47,
-    -0.034_899_496_702_500_97,
-    0.0,
-    0.034_899_496_702_500_97,
-    0.087_155_742_747_658_17,
-    0.173_648_177_666_930_36,
-    0.342_020_143_325_668_7,
-    0.642_787_609_686_539_3,
-    1.0,
-];
+/// What a species scatters at a place between two nodes \[m⁻¹\].
+fn scattered_by(
+    medium: &LayeredMedium,
+    species: usize,
+    (below, fraction): (usize, f32),
+    lane: usize,
+) -> f32 {
+    let at = |node: usize| medium.species_row(species, node)[lane];
+    at(below) + fraction * (at(below + 1) - at(below))
+}
+
+/// Azimuth from the sun's in the middle of a bin \[rad\].
+fn middle_azimuth(azimuth: usize) -> f64 {
+    0.5 * (AZIMUTH_EDGES_DEG[azimuth] + AZIMUTH_EDGES_DEG[azimuth + 1]).to_radians()
+}
 
 /// Cosines of [`AZIMUTH_EDGES_DEG`].
 const AZIMUTH_EDGE_COSINES: [f64; AZIMUTHS + 1] = [
@@ -496,19 +630,6 @@ const AZIMUTH_EDGE_COSINES: [f64; AZIMUTHS + 1] = [
     -1.0,
 ];
 
-#[inline(always)]
-fn edge_sine(edge: usize) -> f64 {
-    ELEVATION_EDGE_SINES[edge]
-}
-
-fn solid_angles() -> [f32; BINS] {
-    std::array::from_fn(|bin| {
-        let (e, a) = (bin / AZIMUTHS, bin % AZIMUTHS);
-        let width = (AZIMUTH_EDGES_DEG[a + 1] - AZIMUTH_EDGES_DEG[a]).to_radians();
-        (2.0 * width * (edge_sine(e + 1) - edge_sine(e))) as f32
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -516,14 +637,46 @@ mod tests {
 
     #[test]
     fn edges_are_those_of_the_angles() {
-        for (deg, sine) in ELEVATION_EDGES_DEG.iter().zip(ELEVATION_EDGE_SINES) {
-            assert!((deg.to_radians().sin() - sine).abs() < 1e-12);
-        }
         for (deg, cosine) in AZIMUTH_EDGES_DEG.iter().zip(AZIMUTH_EDGE_COSINES) {
             assert!((deg.to_radians().cos() - cosine).abs() < 1e-12);
         }
-        let sphere: f32 = solid_angles().iter().sum();
-        assert!((sphere / (4.0 * std::f32::consts::PI) - 1.0).abs() < 1e-5);
+    }
+
+    fn horizons() -> impl Iterator<Item = Horizon> {
+        let ground_m = 6_371_000.0;
+        [0.0, 1.0, 2500.0, 40_000.0, 120_000.0]
+            .map(|h| Horizon::new(ground_m + h, ground_m))
+            .into_iter()
+    }
+
+    /// Rationale: bins that overlap, or leave a gap, would be a bias. Expected: edges rise from the nadir to the zenith, one of them at the
+    /// horizon, and the bins fill the sphere.
+    #[test]
+    fn bins_fill_the_sphere_at_every_height() {
+        for horizon in horizons() {
+            let rises = horizon.edge_sines.windows(2).all(|e| e[0] < e[1]);
+            assert!(rises, "{:?}", horizon.edge_sines);
+            assert_eq!(horizon.edge_sines[0], -1.0);
+            assert_eq!(horizon.edge_sines[ELEVATIONS], 1.0);
+            let sphere: f32 = horizon.solid_angle.iter().sum();
+            assert!((sphere / (4.0 * std::f32::consts::PI) - 1.0).abs() < 1e-5);
+        }
+        let ground_m = 6_371_000.0;
+        let aloft = Horizon::new(ground_m + 40_000.0, ground_m);
+        let tangent_m = (ground_m + 40_000.0) * (1.0 - aloft.edge_sines[4].powi(2)).sqrt();
+        assert!((tangent_m - ground_m).abs() < 1e-3, "{tangent_m}");
+    }
+
+    /// Rationale: how much haze sends where is shared out, neither made nor lost. Expected: the mean over the sphere is 1.
+    #[test]
+    fn haze_scatters_as_much_as_it_takes() {
+        let n = 100_000;
+        let cosine = |i: u32| 2.0 * (f64::from(i) + 0.5) / f64::from(n) - 1.0;
+        let mean = (0..n)
+            .map(|i| f64::from(forward(cosine(i) as f32)))
+            .sum::<f64>()
+            / f64::from(n);
+        assert!((mean - 1.0).abs() < 1e-3, "{mean}");
     }
 
     /// Rationale: the density of a direction is looked up by its bin; a direction drawn in one bin but found in another would
@@ -531,10 +684,12 @@ mod tests {
     #[test]
     fn directions_are_found_in_the_bins_they_were_drawn_in() {
         let mut rng = Rng::new(1, 1);
-        for bin in 0..BINS {
-            for _ in 0..200 {
-                let (sine, phi) = Guide::in_bin(bin, [rng.uniform(), rng.uniform()]);
-                assert_eq!(Guide::bin(sine, phi.cos()), bin);
+        for horizon in horizons() {
+            for bin in 0..2 * BINS {
+                for _ in 0..200 {
+                    let (sine, phi) = horizon.in_bin(bin, [rng.uniform(), rng.uniform()]);
+                    assert_eq!(horizon.bin(sine, phi.cos(), phi > 0.0), bin);
+                }
             }
         }
     }

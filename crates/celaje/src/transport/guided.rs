@@ -4,27 +4,28 @@
 //! density of the mixture, so that every place stays in reach and no weight runs away.
 
 use super::first_order::Walk;
-use super::guide::{bands, Bands, Guide, Place, BANDS, BINS};
+use super::guide::{bands, Bands, Guide, Horizon, Known, BANDS, ELEVATIONS};
 use super::traveller::Traveller;
 use super::walker::Walker;
-use super::way::Way;
+use super::way::{Leg, Way};
 use crate::math::lanes::{self, each, Block, BLOCK};
 use crate::math::Vec3;
 
 /// Share of the distances that ignore the solution.
-const BLIND: f32 = 0.3;
+const BLIND: f32 = 0.2;
 
 /// Share of the directions that are drawn from the solution.
-const LED: f64 = 0.3;
+const LED: f64 = 0.4;
 
 /// Share of what the first leg may find, below which Russian roulette begins, and its least chance of survival.
 const ROULETTE_BELOW: f32 = 0.3;
 const LEAST_SURVIVAL: f32 = 0.2;
 
 /// A guide's word on the directions at one vertex.
-pub(super) struct Lead {
-    /// Power per bin and in all.
-    power: [f32; BINS],
+pub(super) struct Lead<'a> {
+    horizon: &'a Horizon,
+    /// Power per bin of one side, and in all.
+    power: [Block; ELEVATIONS],
     total: f32,
     up: Vec3,
     /// Horizontal unit vectors towards the sun and left of it.
@@ -32,32 +33,44 @@ pub(super) struct Lead {
     left: Vec3,
 }
 
-impl Lead {
+impl<'a> Lead<'a> {
+    /// For a path that carries `weight` in the bands; `None` if the guide has no word. `u` draws which node is asked.
     #[inline(always)]
-    fn new(guide: &Guide, place: Place, u: f32, weight: &Bands, up: Vec3, sun: Vec3) -> Self {
-        let mut power = [0.0; BINS];
-        guide.arriving(place, u, weight, &mut power);
-        let total = lanes::sum(&power);
+    fn new(guide: &'a Guide, leg: &Leg, sun: Vec3, weight: &Bands, u: f32) -> Option<Self> {
+        let up = leg.at * (1.0 / leg.radius_m);
+        let place = guide.place(leg.radius_m, up.dot(sun));
         let flat = sun - up * up.dot(sun);
         let sunward = if flat.dot(flat) > 1e-12 {
             flat.normalized()
         } else {
             up.tangents().0
         };
-        Self {
+        let left = up.cross(sunward);
+        let Known {
+            sigma_s, peaked, ..
+        } = guide.know(place);
+        let evenly = bands(|b| weight[b] * sigma_s[b] * (1.0 - peaked[b]));
+        let forwards = bands(|b| weight[b] * sigma_s[b] * peaked[b]);
+        let direction = [up, sunward, left].map(|axis| axis.dot(leg.direction) as f32);
+        let node = guide.node(place, u);
+        let power = guide.arriving(node, &evenly, &forwards, direction);
+        let total = lanes::sum(power.as_flattened());
+        let lead = Self {
+            horizon: guide.horizon(node),
             power,
             total,
             up,
             sunward,
-            left: up.cross(sunward),
-        }
+            left,
+        };
+        (total > 0.0 && total.is_finite()).then_some(lead)
     }
 
-    /// A direction, and its density \[sr⁻¹\] if it has one.
+    /// A direction.
     #[inline(always)]
     fn draw(&self, u: [f64; 3]) -> Vec3 {
-        let bin = lanes::pick(&self.power, u[0] as f32 * self.total);
-        let (sine, phi) = Guide::in_bin(bin, [u[1], u[2]]);
+        let bin = lanes::pick(self.power.as_flattened(), u[0] as f32 * self.total);
+        let (sine, phi) = self.horizon.in_bin(bin, [u[1], u[2]]);
         let (sin_phi, cos_phi) = phi.sin_cos();
         let flat = self.sunward * cos_phi + self.left * sin_phi;
         self.up * sine + flat * (1.0 - sine * sine).max(0.0).sqrt()
@@ -65,11 +78,13 @@ impl Lead {
 
     /// Density of a direction \[sr⁻¹\].
     #[inline(always)]
-    fn density(&self, guide: &Guide, direction: Vec3) -> f32 {
+    fn density(&self, direction: Vec3) -> f32 {
         let sine = direction.dot(self.up);
         let flat = (1.0 - sine * sine).max(1e-30).sqrt();
-        let bin = Guide::bin(sine, direction.dot(self.sunward) / flat);
-        self.power[bin] / (self.total * guide.solid_angle(bin))
+        let on_left = direction.dot(self.left) > 0.0;
+        let cos_azimuth = direction.dot(self.sunward) / flat;
+        let bin = self.horizon.bin(sine, cos_azimuth, on_left);
+        self.power.as_flattened()[bin] / (self.total * self.horizon.solid_angle(bin))
     }
 }
 
@@ -146,17 +161,10 @@ impl Walker<'_> {
                 self.find_sun(t);
             }
         }
-        let up = t.leg.at * (1.0 / t.leg.radius_m);
-        let sun = self.scene.sun.direction;
-        let node = guide.place(t.leg.radius_m, up.dot(sun));
-        let sigma_s = guide.know(node).sigma_s;
-        let arrived = in_bands(t, guide);
-        let scattered = bands(|b| arrived[b] * sigma_s[b]);
-        let asked = t.ahead.u.wavelength as f32;
-        let lead = Lead::new(guide, node, asked, &scattered, up, sun);
-        let lead = (lead.total > 0.0 && lead.total.is_finite()).then_some((guide, &lead));
-        let turn = self.turn(t, lead.map(|(_, lead)| lead));
-        self.scatter(t, &turn, lead);
+        let (sun, asked) = (self.scene.sun.direction, t.ahead.u.wavelength as f32);
+        let lead = Lead::new(guide, &t.leg, sun, &in_bands(t, guide), asked);
+        let turn = self.turn(t, lead.as_ref());
+        self.scatter(t, &turn, lead.as_ref());
         true
     }
 
@@ -167,6 +175,10 @@ impl Walker<'_> {
         let (leg, way, first) = (&t.leg, &t.ahead.way, t.order == 1);
         let sun = self.scene.sun.direction;
         let (from, slope) = (leg.at.dot(sun), leg.direction.dot(sun));
+        // How much more sunlight haze sends into this leg than into the mean direction.
+        let gain = self.peak.map_or(0.0, |peak| {
+            4.0 * std::f64::consts::PI * peak.density(slope) - 1.0
+        }) as f32;
         let mut tau = [[0.0f32; BLOCK]; BANDS];
         let (mut albedo, mut source) = (tau, tau);
         // Each cell has the mean of what is known at its two ends: where light grows steeply, that is rather too much than too
@@ -187,7 +199,8 @@ impl Walker<'_> {
                 let sunlight = if first {
                     0.0
                 } else {
-                    before.sun[b] + after.sun[b]
+                    before.sun[b] * (1.0 + gain * before.peaked[b])
+                        + after.sun[b] * (1.0 + gain * after.peaked[b])
                 };
                 source[b][k] = 0.5 * (sunlight + before.diffuse[b] + after.diffuse[b]);
             }
@@ -234,7 +247,7 @@ impl Walker<'_> {
     }
 }
 
-impl Lead {
+impl Lead<'_> {
     /// The guide's part in [`Walker::scatter`]: a direction, if `u` says that the guide draws it; else what is left of `u`.
     #[inline(always)]
     pub(super) fn lead(&self, u: [f64; 3]) -> Result<Vec3, [f64; 3]> {
@@ -247,8 +260,8 @@ impl Lead {
 
     /// Density of a direction in the mixture of guide and phase functions, of which the latter alone has `scattered`.
     #[inline(always)]
-    pub(super) fn mixed(&self, guide: &Guide, direction: Vec3, scattered: f32) -> f32 {
-        LED as f32 * self.density(guide, direction) + (1.0 - LED as f32) * scattered
+    pub(super) fn mixed(&self, direction: Vec3, scattered: f32) -> f32 {
+        LED as f32 * self.density(direction) + (1.0 - LED as f32) * scattered
     }
 }
 

@@ -129,8 +129,9 @@ fn prepared(
         && may_be_low
         && control.budget.max_order.unwrap_or(u32::MAX) > 1
         && scene.background.iter().all(|&l| l == 0.0);
-    let guide = guided.then(|| Guide::new(scene, &columns));
-    (columns, guide, Peak::new(scene.medium))
+    let peak = Peak::new(scene.medium);
+    let guide = guided.then(|| Guide::new(scene, &columns, peak.as_ref()));
+    (columns, guide, peak)
 }
 
 /// A point of the disc costs some twentieth of a path.

@@ -54,7 +54,8 @@ pub(super) struct Peak {
     phase: Phase,
     /// Its density at the nodes, which lie evenly in sin θ/2 \[sr⁻¹\].
     density: Vec<f64>,
-    /// How much of what the air scatters they scatter.
+    /// Those species, and how much of what the air scatters they scatter.
+    pub species: Vec<usize>,
     share: f64,
 }
 
@@ -64,9 +65,12 @@ impl Peak {
         let lanes = medium.wavelength_nm().len();
         let theta_deg: Vec<f64> = cosines().map(|c| c.acos().to_degrees()).collect();
         let mut mean = vec![0.0; theta_deg.len()];
-        let (mut all, mut peaked) = (0.0, 0.0);
+        let (mut all, mut peaked, mut species) = (0.0, 0.0, Vec::new());
         for (k, phase) in medium.phases().iter().enumerate() {
             let has_peak = phase.eval_at(lanes / 2, 1.0) > PEAK;
+            if has_peak {
+                species.push(k);
+            }
             for lane in 0..lanes {
                 let column = scattering_column(medium, k, lane);
                 all += column;
@@ -89,6 +93,7 @@ impl Peak {
         Some(Self {
             phase,
             density,
+            species,
             share,
         })
     }

@@ -1,7 +1,6 @@
 //! What happens to a path at a vertex: what it meets on its way there, the sun that it finds, and where it goes on to.
 
 use super::first_order::columns_to_sun;
-use super::guide::Guide;
 use super::guided::Lead;
 use super::present::{Peak, Present};
 use super::traveller::Traveller;
@@ -302,7 +301,7 @@ impl Walker<'_> {
 
     /// Goes on in a new direction, with the weights divided by its density.
     #[inline(always)]
-    pub fn scatter(&mut self, t: &mut Traveller, turn: &Turn, lead: Option<(&Guide, &Lead)>) {
+    pub fn scatter(&mut self, t: &mut Traveller, turn: &Turn, lead: Option<&Lead>) {
         let medium = self.scene.medium;
         let (direction, new) = (t.leg.direction, turn.direction);
         let Weights {
@@ -329,8 +328,8 @@ impl Walker<'_> {
         }
         let mut density =
             turn.share * turn.about_sun + (1.0 - turn.share) * lanes::tree_sum(mixed) / *total;
-        if let Some((guide, lead)) = lead {
-            density = lead.mixed(guide, new, density);
+        if let Some(lead) = lead {
+            density = lead.mixed(new, density);
         }
         // A density of zero (a hole in a table, met by rounding) ends the path.
         let factor = if density > 0.0 {

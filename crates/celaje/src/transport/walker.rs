@@ -23,7 +23,7 @@ use crate::medium::{all, Columns, LayeredMedium, Lookups, Medium, Ray, Search, R
 const PATHS: usize = RAYS;
 
 /// Sine of the sun's elevation where a pixel looks below which a guide leads its paths.
-pub(super) const GUIDED_BELOW: f64 = 0.035;
+pub(super) const GUIDED_BELOW: f64 = 0.075;
 
 /// Share of what the first collision could scatter, below which Russian roulette begins; the best of several measured.
 const ROULETTE_BELOW: f32 = 0.1;
@@ -514,7 +514,7 @@ mod tests {
             let towards = Vec3::from_azimuth_elevation_deg(180.0, sun_deg);
             let sun = SunLight::new(towards, m.wavelength_nm(), &[1.0; 20], 0.267).unwrap();
             let scene = Scene::new(&m, sun, &[0.3; 20]).unwrap();
-            let guide = (sun_deg < 1.0).then(|| Guide::new(&scene, &columns));
+            let guide = (sun_deg < 1.0).then(|| Guide::new(&scene, &columns, peak.as_ref()));
             let walker = || {
                 let walker = Walker::new(&scene, &columns, guide.as_ref(), peak.as_ref(), None);
                 let mut walker = if polarised {
