@@ -236,8 +236,10 @@ def test_irradiance_through_an_absorbing_air() -> None:
 
 
 def test_daylight_has_the_brightness_and_the_colour_of_daylight() -> None:
-    """The published range of full daylight is about 100 klx, its colour 5000 to 6500 K; the night at the
-    point opposite the sun has neither: what comes round the planet is less than single precision holds."""
+    """The published range of full daylight is about 100 klx, its colour 5000 to 6500 K; the darkest night has neither.
+
+    At the point opposite the sun, what comes round the planet is less than single precision holds.
+    """
     sky = celaje.sky(sun_elevation=60)
     e = sky.irradiance(spp=16)
     assert 80e3 < e.lux < 120e3
