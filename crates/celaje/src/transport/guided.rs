@@ -4,7 +4,8 @@
 //! density of the mixture, so that every place stays in reach and no weight runs away.
 
 use super::first_order::Walk;
-use super::guide::{bands, Bands, Guide, Horizon, Known, BANDS, ELEVATIONS};
+use super::guide::{bands, Bands, Guide, Known, BANDS};
+use super::horizon::{Horizon, ELEVATIONS};
 use super::traveller::Traveller;
 use super::walker::Walker;
 use super::way::{Leg, Way};
@@ -84,7 +85,7 @@ impl<'a> Lead<'a> {
         let on_left = direction.dot(self.left) > 0.0;
         let cos_azimuth = direction.dot(self.sunward) / flat;
         let bin = self.horizon.bin(sine, cos_azimuth, on_left);
-        self.power.as_flattened()[bin] / (self.total * self.horizon.solid_angle(bin))
+        self.power.as_flattened()[bin] / (self.total * self.horizon.solid_angle_of_side(bin))
     }
 }
 

@@ -15,6 +15,7 @@ mod first_order;
 mod goal;
 mod guide;
 mod guided;
+mod horizon;
 mod path;
 mod present;
 mod render;
